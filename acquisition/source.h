@@ -1,0 +1,56 @@
+#pragma once
+/// @file
+/// Where frames come from: a recording, a folder of images, a camera.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "acquisition/frame.h"
+
+namespace vsfind {
+
+/// A ratio of two positive whole numbers; 0:0 where it is not known.
+struct Ratio {
+  std::int64_t numerator = 0;
+  std::int64_t denominator = 0;
+  [[nodiscard]] bool known() const { return numerator > 0 && denominator > 0; }
+  [[nodiscard]] double value() const { return static_cast<double>(numerator) / static_cast<double>(denominator); }
+};
+
+/// What a source says about all of its frames.
+struct SourceInfo {
+  std::string name;  ///< as it stands in the results' `source` column: the path or URI that it was opened with
+  int width = 0;     ///< pixels of a whole frame; 0 where the frames differ (a folder of images)
+  int height = 0;    ///< rows of a whole frame
+  int bits = 8;
+  FieldOrder order = FieldOrder::progressive;
+  Ratio pixel_aspect;  ///< pixel width : pixel height of a whole frame
+  Ratio frame_rate;    ///< frames per second
+  std::optional<std::uint64_t> frames;  ///< how many there are, where that is known beforehand
+  bool live = false;                    ///< a camera: frames come when they come
+};
+
+/// A stream of frames. One thread calls next(); stop() may be called from any other and from a signal's thread.
+class FrameSource {
+ public:
+  FrameSource() = default;
+  FrameSource(const FrameSource&) = delete;
+  FrameSource& operator=(const FrameSource&) = delete;
+  virtual ~FrameSource() = default;
+
+  [[nodiscard]] virtual const SourceInfo& info() const = 0;
+
+  /// The next frame, waiting for it; nothing at the end or after stop(). Throws IoError where a recording is damaged
+  /// (after all its whole frames were handed out), CameraError where a camera is lost.
+  virtual std::optional<Frame> next() = 0;
+
+  /// Makes a waiting and every later next() return nothing.
+  virtual void stop() noexcept = 0;
+};
+
+/// Opens a `.y4m` recording or a folder of images in name order. Throws IoError or UsageError in one line.
+[[nodiscard]] std::unique_ptr<FrameSource> open_sequence(const std::string& path);
+
+}  // namespace vsfind
