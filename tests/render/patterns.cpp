@@ -1,0 +1,154 @@
+#include "patterns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "random.h"
+
+namespace vsfind::render {
+namespace {
+
+constexpr double degrees = std::numbers::pi / 180.0;
+
+/// A smooth closed curve around (0,0): a radius of a few random waves.
+Contour blob(Random& random, double radius) {
+  double amplitude[4];
+  double phase[4];
+  for (int k = 0; k < 4; ++k) {
+    amplitude[k] = random.uniform(-0.22, 0.22) / (1.0 + 0.4 * k);
+    phase[k] = random.uniform(0.0, 360.0) * degrees;
+  }
+  Contour contour;
+  constexpr int corners = 240;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = 360.0 * degrees * i / corners;
+    double r = 1.0;
+    for (int k = 0; k < 4; ++k) r += amplitude[k] * std::cos((k + 2) * angle + phase[k]);
+    contour.emplace_back(radius * r * std::cos(angle), radius * r * std::sin(angle));
+  }
+  return contour;
+}
+
+/// A polygon around (0,0) that every ray from there meets once.
+Contour star(Random& random, double radius) {
+  Contour contour;
+  const int corners = random.integer(3, 8);
+  const double turn = random.uniform(0.0, 360.0);
+  for (int i = 0; i < corners; ++i) {
+    const double angle = (turn + 360.0 * (i + random.uniform(-0.3, 0.3)) / corners) * degrees;
+    const double r = radius * random.uniform(0.55, 1.25);
+    contour.emplace_back(r * std::cos(angle), r * std::sin(angle));
+  }
+  return contour;
+}
+
+}  // namespace
+
+Contour rectangle(double left, double top, double right, double bottom) {
+  return {{left, top}, {right, top}, {right, bottom}, {left, bottom}};
+}
+
+Contour circle(const Eigen::Vector2d& centre, double radius, bool reverse) {
+  const int corners = std::max(24, static_cast<int>(std::ceil(std::numbers::pi * std::sqrt(radius / 2e-4))));
+  const double step = 2.0 * std::numbers::pi / corners;
+  const double corner_radius = radius * std::sqrt(step / std::sin(step));  // the polygon's area is the circle's
+  Contour contour;
+  for (int i = 0; i < corners; ++i) {
+    const double angle = (reverse ? -step : step) * i;
+    contour.emplace_back(centre.x() + corner_radius * std::cos(angle), centre.y() + corner_radius * std::sin(angle));
+  }
+  return contour;
+}
+
+Contour moved(Contour contour, const Eigen::Vector2d& by) {
+  for (Eigen::Vector2d& p : contour) p += by;
+  return contour;
+}
+
+Contour turned(Contour contour, double angle_deg) {
+  const double c = std::cos(angle_deg * degrees);
+  const double s = std::sin(angle_deg * degrees);
+  for (Eigen::Vector2d& p : contour) p = Eigen::Vector2d(c * p.x() - s * p.y(), s * p.x() + c * p.y());
+  return contour;
+}
+
+Drawing bullseye(double size, double ring, double dark, double light) {
+  Drawing drawing{{}, size, size};
+  bool is_dark = true;
+  for (double side = size; side > 0.25 * ring; side -= 2.0 * ring) {
+    const double half = side / 2.0;
+    drawing.shapes.push_back({{rectangle(-half, -half, half, half)}, is_dark ? dark : light});
+    is_dark = !is_dark;
+  }
+  return drawing;
+}
+
+Drawing disc(double diameter, double grey) { return {{{{circle({0, 0}, diameter / 2.0)}, grey}}, diameter, diameter}; }
+
+Drawing ring(double outer, double inner, double grey) {
+  return {{{{circle({0, 0}, outer / 2.0), circle({0, 0}, inner / 2.0, true)}, grey}}, outer, outer};
+}
+
+Drawing artwork(std::uint64_t seed, double width, double height) {
+  Random random(seed * 7919 + 17);
+  Drawing drawing{{}, width, height};
+  const double unit = std::min(width, height);
+  // The plate, a little irregular, within the box.
+  Contour plate;
+  for (const auto& [u, v] : {std::pair{-1, -1}, {0, -1}, {1, -1}, {1, 0}, {1, 1}, {0, 1}, {-1, 1}, {-1, 0}}) {
+    plate.emplace_back(u * width * random.uniform(0.38, 0.48), v * height * random.uniform(0.38, 0.48));
+  }
+  drawing.shapes.push_back({{plate}, 90.0});
+  constexpr double greys[] = {30.0, 220.0, 150.0, 50.0, 190.0};
+  for (int i = 0; i < 9; ++i) {
+    const double radius = unit * random.uniform(0.06, 0.15);
+    const Eigen::Vector2d centre(random.uniform(-0.32, 0.32) * width, random.uniform(-0.32, 0.32) * height);
+    Contour contour = random.chance(0.5) ? blob(random, radius) : star(random, radius);
+    drawing.shapes.push_back({{moved(std::move(contour), centre)}, greys[i % 5]});
+  }
+  return drawing;
+}
+
+Drawing cross(double size, double bar, double grey) {
+  const double a = size / 2.0;
+  const double b = bar / 2.0;
+  return {
+      {{{{{-b, -a}, {b, -a}, {b, -b}, {a, -b}, {a, b}, {b, b}, {b, a}, {-b, a}, {-b, b}, {-a, b}, {-a, -b}, {-b, -b}}},
+        grey}},
+      size,
+      size};
+}
+
+Drawing wafer_mark(double size) {
+  Drawing drawing{{}, size, size};
+  const double h = size / 2.0;
+  const double f = 0.42 * size;
+  Contour hole = rectangle(-f + 0.08 * size, -f + 0.08 * size, f - 0.08 * size, f - 0.08 * size);
+  std::reverse(hole.begin(), hole.end());
+  drawing.shapes.push_back({{rectangle(-f, -f, f, f), hole}, 110.0});
+  for (const double angle : {0.0, 90.0, 180.0, 270.0}) {
+    drawing.shapes.push_back({{turned(rectangle(0.07 * size, -0.05 * size, 0.27 * size, 0.05 * size), angle)}, 60.0});
+  }
+  drawing.shapes.push_back({{rectangle(0.14 * size, -0.28 * size, 0.26 * size, -0.16 * size)}, 60.0});
+  drawing.shapes.push_back({{rectangle(-0.27 * size, 0.17 * size, -0.13 * size, 0.25 * size)}, 235.0});
+  drawing.width = drawing.height = 2.0 * h;
+  return drawing;
+}
+
+Scene target_sheet(double light, double dark) {
+  Scene scene;
+  scene.background = light;
+  for (const double x : {50.0, 589.0}) {
+    for (const double y : {50.0, 429.0}) {
+      Item square;
+      square.drawing = {{{{rectangle(-25.0, -25.0, 25.0, 25.0)}, dark}}, 50.0, 50.0};
+      square.pose.x = x;
+      square.pose.y = y;
+      scene.items.push_back(square);
+    }
+  }
+  return scene;
+}
+
+}  // namespace vsfind::render
