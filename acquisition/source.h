@@ -22,12 +22,12 @@ struct Ratio {
 /// What a source says about all of its frames.
 struct SourceInfo {
   std::string name;  ///< as it stands in the results' `source` column: the path or URI that it was opened with
-  int width = 0;     ///< pixels of a whole frame; 0 where the frames differ (a folder of images)
+  int width = 0;     ///< pixels of a whole frame; of a folder those of its first image, 0 where it is damaged
   int height = 0;    ///< rows of a whole frame
   int bits = 8;
   FieldOrder order = FieldOrder::progressive;
-  Ratio pixel_aspect;  ///< pixel width : pixel height of a whole frame
-  Ratio frame_rate;    ///< frames per second
+  Ratio pixel_aspect;                   ///< pixel width : pixel height of a whole frame
+  Ratio frame_rate;                     ///< frames per second
   std::optional<std::uint64_t> frames;  ///< how many there are, where that is known beforehand
   bool live = false;                    ///< a camera: frames come when they come
 };
@@ -50,7 +50,8 @@ class FrameSource {
   virtual void stop() noexcept = 0;
 };
 
-/// Opens a `.y4m` recording or a folder of images in name order. Throws IoError or UsageError in one line.
+/// Opens a folder of images in name order (image_folder.h), or else a `.y4m` recording whatever its name (recording.h).
+/// Throws IoError in one line that names the path.
 [[nodiscard]] std::unique_ptr<FrameSource> open_sequence(const std::string& path);
 
 }  // namespace vsfind
