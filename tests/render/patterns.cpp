@@ -4,44 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "clutter.h"
 #include "random.h"
 
 namespace vsfind::render {
 namespace {
 
 constexpr double degrees = std::numbers::pi / 180.0;
-
-/// A smooth closed curve around (0,0): a radius of a few random waves.
-Contour blob(Random& random, double radius) {
-  double amplitude[4];
-  double phase[4];
-  for (int k = 0; k < 4; ++k) {
-    amplitude[k] = random.uniform(-0.22, 0.22) / (1.0 + 0.4 * k);
-    phase[k] = random.uniform(0.0, 360.0) * degrees;
-  }
-  Contour contour;
-  constexpr int corners = 240;
-  for (int i = 0; i < corners; ++i) {
-    const double angle = 360.0 * degrees * i / corners;
-    double r = 1.0;
-    for (int k = 0; k < 4; ++k) r += amplitude[k] * std::cos((k + 2) * angle + phase[k]);
-    contour.emplace_back(radius * r * std::cos(angle), radius * r * std::sin(angle));
-  }
-  return contour;
-}
-
-/// A polygon around (0,0) that every ray from there meets once.
-Contour star(Random& random, double radius) {
-  Contour contour;
-  const int corners = random.integer(3, 8);
-  const double turn = random.uniform(0.0, 360.0);
-  for (int i = 0; i < corners; ++i) {
-    const double angle = (turn + 360.0 * (i + random.uniform(-0.3, 0.3)) / corners) * degrees;
-    const double r = radius * random.uniform(0.55, 1.25);
-    contour.emplace_back(r * std::cos(angle), r * std::sin(angle));
-  }
-  return contour;
-}
 
 }  // namespace
 
@@ -104,7 +73,7 @@ Drawing artwork(std::uint64_t seed, double width, double height) {
   for (int i = 0; i < 9; ++i) {
     const double radius = unit * random.uniform(0.06, 0.15);
     const Eigen::Vector2d centre(random.uniform(-0.32, 0.32) * width, random.uniform(-0.32, 0.32) * height);
-    Contour contour = random.chance(0.5) ? blob(random, radius) : star(random, radius);
+    Contour contour = random.chance(0.5) ? random_blob(random, radius) : random_star(random, radius);
     drawing.shapes.push_back({{moved(std::move(contour), centre)}, greys[i % 5]});
   }
   return drawing;
