@@ -18,6 +18,7 @@ struct PatternPoint {
   float value = 0.0F;       ///< grey value (or edge strength) there, 0 … 255
   float gradient_x = 0.0F;  ///< of the value, per pattern pixel of full resolution
   float gradient_y = 0.0F;
+  float laplacian = 0.0F;  ///< of the value, per square pattern pixel; 0 where it is not used
 };
 
 /// What a point set is for.
@@ -45,7 +46,7 @@ struct PointSet {
 struct PatternImage {
   int width = 0;
   int height = 0;
-  double origin_x = 0.0;            ///< the origin, in this picture's pixel coordinates
+  double origin_x = 0.0;  ///< the origin, in this picture's pixel coordinates
   double origin_y = 0.0;
   std::vector<std::uint16_t> grey;  ///< row by row, `width`·`height`, scaled to 16 bits: 255 in 8 bits is 65280 here
   std::vector<std::uint8_t> mask;   ///< 255 part of the pattern, 128 around it but seen in training, 0 not seen
@@ -65,26 +66,27 @@ struct TrainReport {
 /// A trained pattern. Made by train() or load_model(); the fields are for reading.
 struct Pattern {
   std::string name;
-  std::string unit = "px";        ///< of plane coordinates when trained
-  double pitch = 1.0;             ///< plane units per pattern pixel
-  double pixel_aspect = 1.0;      ///< of the training image, for the record
-  double width = 0.0;             ///< of the ROI, pattern pixels
+  std::string unit = "px";    ///< of plane coordinates when trained
+  double pitch = 1.0;         ///< plane units per pattern pixel
+  double pixel_aspect = 1.0;  ///< of the training image, for the record
+  double width = 0.0;         ///< of the ROI, pattern pixels
   double height = 0.0;
-  double left = 0.0;              ///< of the ROI's outer edge from the origin, pattern pixels (so left is −width/2 for a centred origin)
+  double left =
+      0.0;  ///< of the ROI's outer edge from the origin, pattern pixels (so left is −width/2 for a centred origin)
   double top = 0.0;
-  Range angle_deg{0.0, 0.0};      ///< the ranges trained for
+  Range angle_deg{0.0, 0.0};  ///< the ranges trained for
   Range scale_x{1.0, 1.0};
   Range scale_y{1.0, 1.0};
-  bool common_scale = false;      ///< one scale for both axes; then scale_y repeats scale_x
+  bool common_scale = false;  ///< one scale for both axes; then scale_y repeats scale_x
   int accuracy = 30;
-  bool edges = false;             ///< gradients are matched instead of grey values
-  double edge_threshold = 0.0;    ///< grey levels (of 255) per pixel, where `edges`
+  bool edges = false;           ///< gradients are matched instead of grey values
+  double edge_threshold = 0.0;  ///< grey levels (of 255) per pixel, where `edges`
   bool spread = false;
   Polarity polarity = Polarity::same;
 
-  int top_level = 0;              ///< level of the exhaustive search
-  double angle_step_deg = 0.0;    ///< of the coarse grid; 0 where the angle is not searched
-  double scale_step = 0.0;        ///< ratio of neighbouring coarse scales minus 1; 0 where not searched
+  int top_level = 0;            ///< level of the exhaustive search
+  double angle_step_deg = 0.0;  ///< of the coarse grid; 0 where the angle is not searched
+  double scale_step = 0.0;      ///< ratio of neighbouring coarse scales minus 1; 0 where not searched
   std::vector<PointSet> sets;
   PatternImage image;
   TrainReport report;

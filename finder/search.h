@@ -15,26 +15,26 @@ namespace vsfind {
 
 /// What is asked of a search. Checked once, by Finder's constructor.
 struct SearchOptions {
-  double min_score = 0.6;            ///< 0 … 1: weaker ones are not reported
-  int max_instances = 1;             ///< 0: all
-  double max_overlap = 0.5;          ///< 0 … 1: part of the smaller outline that two instances may share
-  std::optional<Roi> region;         ///< frame pixels in which the origin is looked for; else the whole picture
-  std::optional<Range> angle_deg;    ///< narrower than trained
+  double min_score = 0.6;          ///< 0 … 1: weaker ones are not reported
+  int max_instances = 1;           ///< 0: all
+  double max_overlap = 0.5;        ///< 0 … 1: part of the smaller outline that two instances may share
+  std::optional<Roi> region;       ///< frame pixels in which the origin is looked for; else the whole picture
+  std::optional<Range> angle_deg;  ///< narrower than trained
   std::optional<Range> scale_x;
   std::optional<Range> scale_y;
-  double timeout_ms = 0.0;           ///< 0: none; else the best so far is returned, marked
-  int threads = 1;                   ///< 1 … 64; the results do not depend on it
+  double timeout_ms = 0.0;  ///< 0: none; else the best so far is returned, marked
+  int threads = 1;          ///< 1 … 64; the results do not depend on it
 };
 
 /// One instance found.
 struct Match {
   Pose pose;
-  double score = 0.0;             ///< normalized correlation, 0 … 1
-  Eigen::Vector2d frame_position; ///< the origin in pixels of the whole frame
-  double sigma_x = 0.0;           ///< predicted standard deviations, plane units
+  double score = 0.0;              ///< normalized correlation, 0 … 1
+  Eigen::Vector2d frame_position;  ///< the origin in pixels of the whole frame
+  double sigma_x = 0.0;            ///< predicted standard deviations, plane units
   double sigma_y = 0.0;
-  double sigma_angle_deg = 0.0;   ///< 0 where the angle is not searched
-  double visible = 1.0;           ///< part of the pattern inside the image and not hidden
+  double sigma_angle_deg = 0.0;        ///< 0 where the angle is not searched
+  double visible = 1.0;                ///< part of the pattern inside the image and not hidden
   Polarity polarity = Polarity::same;  ///< same or reversed
 };
 

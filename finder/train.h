@@ -18,18 +18,19 @@ struct TrainOptions {
   std::string name = "pattern";
   Roi roi;                                ///< in pixels of the training image
   std::optional<Eigen::Vector2d> origin;  ///< in pixels of the training image; else the centre of the ROI
-  ImageView mask;                         ///< 8 bits, as large as the ROI or as the training image; non-zero is part of the pattern; empty: all
-  Range angle_deg{0.0, 0.0};              ///< within −360 … 360, at most 360 wide
-  Range scale_x{1.0, 1.0};                ///< within 0.5 … 2
+  ImageView
+      mask;  ///< 8 bits, as large as the ROI or as the training image; non-zero is part of the pattern; empty: all
+  Range angle_deg{0.0, 0.0};  ///< within −360 … 360, at most 360 wide
+  Range scale_x{1.0, 1.0};    ///< within 0.5 … 2
   Range scale_y{1.0, 1.0};
-  bool common_scale = false;              ///< both axes alike: scale_y must equal scale_x
-  int accuracy = 30;                      ///< 1 … 100: how many points the final pose may use
+  bool common_scale = false;  ///< both axes alike: scale_y must equal scale_x
+  int accuracy = 30;          ///< 1 … 100: how many points the final pose may use
   bool edges = false;
-  std::optional<double> edge_threshold;   ///< grey levels (of 255) per pixel; else automatic
+  std::optional<double> edge_threshold;  ///< grey levels (of 255) per pixel; else automatic
   Polarity polarity = Polarity::same;
   bool spread = false;
-  std::vector<ImageView> against;         ///< further scenes whose content must not be taken for the pattern
-  std::string unit = "px";                ///< of the mapping's plane
+  std::vector<ImageView> against;  ///< further scenes whose content must not be taken for the pattern
+  std::string unit = "px";         ///< of the mapping's plane
 };
 
 /// Learns the pattern inside the ROI. `mapping` takes pixels of `image` to the plane (its field says whether the image

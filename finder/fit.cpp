@@ -1,0 +1,238 @@
+#include "finder/fit.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace vsfind {
+
+namespace {
+
+constexpr int most_columns = 8;  // gain, offset, a, b, angle, scale_x, scale_y, blur
+constexpr double degrees = 180.0 / std::numbers::pi;
+
+/// Which columns of the system are in use, and what they stand for.
+struct Layout {
+  int a = 2;
+  int b = 3;
+  int angle = -1;
+  int scale_x = -1;
+  int scale_y = -1;
+  int blur = -1;
+  int count = 4;
+
+  explicit Layout(const Freedom& freedom) {
+    if (freedom.angle) angle = count++;
+    if (freedom.scale_x || freedom.common_scale) scale_x = count++;
+    if (freedom.scale_y && !freedom.common_scale) scale_y = count++;
+    if (freedom.blur) blur = count++;
+  }
+};
+
+double median_of(std::vector<double>& values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void PoseFit::read_at(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose) {
+  const auto n = static_cast<std::size_t>(points.size());
+  u_.resize(n);
+  v_.resize(n);
+  image_.resize(n);
+  inside_.resize(n);
+  projection.level_from_pattern(pose, points.x.data(), points.y.data(), points.size(), u_.data(), v_.data());
+  reader.read(u_.data(), v_.data(), points.size(), image_.data(), inside_.data());
+}
+
+double PoseFit::correlation(const PointArrays& points, const Projection& projection, const Reader& reader,
+                            const Pose& pose, double& inside) {
+  read_at(points, projection, reader, pose);
+  double n = 0.0;
+  double sum_i = 0.0;
+  double sum_t = 0.0;
+  double sum_ii = 0.0;
+  double sum_tt = 0.0;
+  double sum_it = 0.0;
+  for (std::size_t k = 0; k < image_.size(); ++k) {
+    const double w = inside_[k];
+    const double i = image_[k];
+    const double t = points.value[k];
+    n += w;
+    sum_i += w * i;
+    sum_t += w * t;
+    sum_ii += w * i * i;
+    sum_tt += w * t * t;
+    sum_it += w * i * t;
+  }
+  inside = image_.empty() ? 0.0 : n / static_cast<double>(image_.size());
+  if (n < 4.0) return 0.0;
+  const double variance_i = n * sum_ii - sum_i * sum_i;
+  const double variance_t = n * sum_tt - sum_t * sum_t;
+  constexpr double flat = 0.05;  // grey levels: below, there is nothing to correlate with
+  if (variance_i < flat * n * n || variance_t < flat * n * n) return 0.0;
+  return (n * sum_it - sum_i * sum_t) / std::sqrt(variance_i * variance_t);
+}
+
+double PoseFit::agreeing_part(const PointArrays& points, double gain, double offset, double tolerance) const {
+  double agreeing = 0.0;
+  for (std::size_t k = 0; k < image_.size(); ++k) {
+    const double off = std::abs(image_[k] - gain * points.value[k] - offset);
+    if (inside_[k] > 0.0 && off <= tolerance) agreeing += 1.0;
+  }
+  return image_.empty() ? 0.0 : agreeing / static_cast<double>(image_.size());
+}
+
+FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, const Reader& reader,
+                       const FitOptions& options, Pose& pose) {
+  FitResult result;
+  result.covariance.setZero();
+  const Layout layout(options.freedom);
+  const auto n = static_cast<std::size_t>(points.size());
+  const int columns = layout.count;
+  if (points.size() < columns) return result;
+  weight_.assign(n, 1.0);
+  residual_.resize(n);
+  columns_.resize(n * most_columns);
+  // The values' mean is taken out: it keeps the system well conditioned.
+  double mean = 0.0;
+  double radius = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    mean += points.value[k];
+    radius = std::max(radius, std::hypot(points.x[k], points.y[k]));
+  }
+  mean /= static_cast<double>(n);
+  const double level_scale = projection.level_from_plane_jacobian({pose.x, pose.y}).cwiseAbs().maxCoeff() *
+                             projection.pitch * std::max(pose.scale_x, pose.scale_y);
+
+  Pose now = pose;
+  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
+  Matrix normal(columns, columns);
+  Vector right(columns);
+  bool settled = false;
+  for (int iteration = 0;; ++iteration) {
+    read_at(points, projection, reader, now);
+    const double skew_x = now.scale_y / now.scale_x;
+    const double skew_y = now.scale_x / now.scale_y;
+    for (std::size_t k = 0; k < n; ++k) {
+      double* c = &columns_[k * most_columns];
+      const double gx = points.gradient_x[k];
+      const double gy = points.gradient_y[k];
+      const double x = points.x[k];
+      const double y = points.y[k];
+      c[0] = points.value[k] - mean;
+      c[1] = 1.0;
+      c[2] = gx;
+      c[3] = gy;
+      if (layout.angle >= 0) c[layout.angle] = gy * skew_y * x - gx * skew_x * y;
+      if (layout.scale_x >= 0) {
+        c[layout.scale_x] = gx * x / now.scale_x;
+        if (options.freedom.common_scale) c[layout.scale_x] += gy * y / now.scale_y;
+      }
+      if (layout.scale_y >= 0) c[layout.scale_y] = gy * y / now.scale_y;
+      if (layout.blur >= 0) c[layout.blur] = points.laplacian[k];
+    }
+    // Twice: with the weights of the step before, then with those of this step's own residuals.
+    const bool reweight = options.robust && iteration > 0;
+    Vector solution(columns);
+    for (int round = 0; round < (reweight ? 2 : 1); ++round) {
+      normal.setZero();
+      right.setZero();
+      double total = 0.0;
+      for (std::size_t k = 0; k < n; ++k) {
+        const double w = weight_[k] * inside_[k];
+        if (w == 0.0) continue;
+        total += w;
+        const double* c = &columns_[k * most_columns];
+        for (int r = 0; r < columns; ++r) {
+          const double wr = w * c[r];
+          for (int s = 0; s <= r; ++s) normal(r, s) += wr * c[s];
+          right(r) += wr * image_[k];
+        }
+      }
+      if (total < columns + 1) return result;
+      Matrix damped = normal.template selfadjointView<Eigen::Lower>();
+      for (int r = 0; r < columns; ++r) damped(r, r) += 1e-9 * damped(r, r) + 1e-12;
+      solution = damped.ldlt().solve(right);
+      if (!solution.allFinite()) return result;
+
+      scratch_.clear();
+      for (std::size_t k = 0; k < n; ++k) {
+        const double* c = &columns_[k * most_columns];
+        double model = 0.0;
+        for (int r = 0; r < columns; ++r) model += c[r] * solution(r);
+        residual_[k] = image_[k] - model;
+        if (inside_[k] > 0.0) scratch_.push_back(std::abs(residual_[k]));
+      }
+      if (scratch_.empty()) return result;
+      result.residual = 1.4826 * median_of(scratch_);
+      if (options.robust) {
+        const double cut = 4.685 * std::max(result.residual, options.noise_floor);
+        for (std::size_t k = 0; k < n; ++k) {
+          const double e = residual_[k] / cut;
+          const double keep = std::max(0.0, 1.0 - e * e);
+          weight_[k] = keep * keep;
+        }
+      }
+    }
+    const double gain = solution(0);
+    if (std::abs(gain) < 1e-3) return result;
+    result.gain = gain;
+    result.offset = solution(1) - gain * mean;
+    if (settled || iteration >= options.iterations) break;
+    // β = −g·dp, so dp = −β/g.
+    const double a = -solution(layout.a) / gain;
+    const double b = -solution(layout.b) / gain;
+    const double turn = layout.angle >= 0 ? -solution(layout.angle) / gain : 0.0;
+    const double grow_x = layout.scale_x >= 0 ? -solution(layout.scale_x) / gain : 0.0;
+    const double grow_y = options.freedom.common_scale ? grow_x
+                          : layout.scale_y >= 0        ? -solution(layout.scale_y) / gain
+                                                       : 0.0;
+    // No step may leave the neighbourhood in which the linear model means anything.
+    const double reach = std::max({std::hypot(a * now.scale_x, b * now.scale_y), std::abs(turn) * radius,
+                                   std::abs(grow_x) * radius, std::abs(grow_y) * radius}) *
+                         level_scale;
+    constexpr double longest = 2.0;  // level pixels
+    const double part = reach > longest ? longest / reach : 1.0;
+    const double angle = now.angle_deg / degrees;
+    const double c = std::cos(angle);
+    const double s = std::sin(angle);
+    const double du = projection.pitch * now.scale_x * a * part;
+    const double dv = projection.pitch * now.scale_y * b * part;
+    now.x += c * du - s * dv;
+    now.y += s * du + c * dv;
+    now.angle_deg += turn * part * degrees;
+    now.scale_x += grow_x * part;
+    now.scale_y += grow_y * part;
+    if (!(now.scale_x > 0.05 && now.scale_y > 0.05 && now.scale_x < 20.0 && now.scale_y < 20.0)) return result;
+    settled = reach < options.step_tolerance;
+  }
+
+  double inside = 0.0;
+  double agreeing = 0.0;
+  for (std::size_t k = 0; k < n; ++k) {
+    inside += inside_[k];
+    agreeing += inside_[k] * weight_[k];
+  }
+  result.inside = inside / static_cast<double>(n);
+  result.agreeing = inside > 0.0 ? agreeing / inside : 0.0;
+  const Matrix full = normal.template selfadjointView<Eigen::Lower>();
+  const Matrix inverse = full.ldlt().solve(Matrix::Identity(columns, columns));
+  const int at[5] = {layout.a, layout.b, layout.angle, layout.scale_x,
+                     options.freedom.common_scale ? layout.scale_x : layout.scale_y};
+  for (int r = 0; r < 5; ++r) {
+    for (int s = 0; s < 5; ++s) {
+      if (at[r] >= 0 && at[s] >= 0) result.covariance(r, s) = inverse(at[r], at[s]) / (result.gain * result.gain);
+    }
+  }
+  result.ok = inverse.allFinite();
+  now.angle_deg = std::remainder(now.angle_deg, 360.0);
+  pose = now;
+  return result;
+}
+
+}  // namespace vsfind

@@ -1,0 +1,69 @@
+#pragma once
+/// @file
+/// The pose that fits pattern points to a picture best: iterated least squares over pose, gain and offset together.
+///
+/// Linearized on the pattern's side (its gradients, as in inverse-compositional alignment: Baker & Matthews 2004), so
+/// that noise in the picture does not bias the slope. At pose p the picture reads I_i at point q_i; with the pattern's
+/// value T_i and its derivatives j_i by the pose,
+///     I_i ≈ g·T_i + o − g·j_i·dp
+/// is linear in (g, o, g·dp): one small system of normal equations a step.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "finder/points.h"
+#include "finder/sampling.h"
+
+namespace vsfind {
+
+/// Which values of the pose may move.
+struct Freedom {
+  bool angle = false;
+  bool scale_x = false;
+  bool scale_y = false;
+  bool common_scale = false;  ///< scale_x and scale_y move as one
+  bool blur = false;          ///< a difference in sharpness is fitted too (first order), and not reported
+};
+
+struct FitOptions {
+  Freedom freedom;
+  int iterations = 5;
+  bool robust = true;           ///< points that disagree lose their weight (Tukey)
+  double step_tolerance = 0.0;  ///< stop when no point moves by more, level pixels
+  double noise_floor = 0.5;     ///< residuals below this never count as disagreement, grey levels
+};
+
+struct FitResult {
+  bool ok = false;    ///< false: too few points inside, or no structure under them
+  double gain = 0.0;  ///< image = gain · pattern + offset; negative where bright and dark are exchanged
+  double offset = 0.0;
+  double residual = 0.0;                   ///< robust standard deviation of the residuals, grey levels
+  double inside = 0.0;                     ///< part of the points inside the picture
+  double agreeing = 0.0;                   ///< summed weights over the points inside
+  Eigen::Matrix<double, 5, 5> covariance;  ///< of (a, b, angle, scale_x, scale_y) for independent residuals of 1 grey
+                                           ///< level; a, b: pattern pixels along the pattern's own axes
+};
+
+/// Scratch memory and the fit itself.
+class PoseFit {
+ public:
+  /// Improves `pose`. On failure (`ok` false) the pose is as it was.
+  FitResult fit(const PointArrays& points, const Projection& projection, const Reader& reader,
+                const FitOptions& options, Pose& pose);
+
+  /// Normalized correlation of the points with the picture at a pose, over the points inside; signed. `inside` is
+  /// their part. 0 where fewer than four are inside or nothing varies.
+  double correlation(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose,
+                     double& inside);
+
+  /// Part of all points that were inside at the last correlation() and read gain·value + offset within `tolerance`.
+  [[nodiscard]] double agreeing_part(const PointArrays& points, double gain, double offset, double tolerance) const;
+
+ private:
+  void read_at(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose);
+
+  std::vector<double> u_, v_, image_, inside_, weight_, residual_, scratch_;
+  std::vector<double> columns_;
+};
+
+}  // namespace vsfind

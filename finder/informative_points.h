@@ -1,0 +1,24 @@
+#pragma once
+/// @file
+/// Which points determine a pose best.
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "finder/fit.h"
+#include "finder/pattern.h"
+
+namespace vsfind {
+
+/// Derivatives of a point's value by (a, b, angle, scale_x, scale_y), those that are free, at the pose of training.
+[[nodiscard]] Eigen::VectorXd pose_derivatives(const PatternPoint& point, const Freedom& freedom);
+
+/// Chooses up to `count` of the candidates, in order of choice, none nearer than `spacing` pattern pixels to another.
+/// Each choice is the one that adds most to the determinant of the information matrix Σ j·jᵀ (D-optimal design, by
+/// leverage jᵀ·M⁻¹·j). Among points of like worth the choice is spread evenly. With `spread` no cell of an 8 × 8 grid
+/// over the candidates gives more than its even share while others have points left.
+[[nodiscard]] std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& candidates,
+                                                          const Freedom& freedom, std::size_t count, double spacing,
+                                                          bool spread);
+
+}  // namespace vsfind

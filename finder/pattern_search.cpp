@@ -1,0 +1,181 @@
+#include "finder/pattern_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "finder/training_scene.h"
+
+namespace vsfind {
+
+namespace {
+
+double oriented(double score, Polarity polarity) {
+  return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
+}
+
+double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 360.0)); }
+
+/// A pose found may lie a little outside the range asked for: the last half step is refined like any other.
+bool in_range(const PreparedPattern& prepared, const Pose& pose) {
+  const Pattern& p = *prepared.pattern;
+  if (prepared.freedom.angle && prepared.angle_deg.width() < 360.0) {
+    const double slack = std::min(2.0, p.angle_step_deg / 2.0);
+    const double middle = (prepared.angle_deg.min + prepared.angle_deg.max) / 2.0;
+    if (angle_between(pose.angle_deg, middle) > prepared.angle_deg.width() / 2.0 + slack) return false;
+  }
+  const double slack = 1.0 + std::min(0.05, p.scale_step / 2.0);
+  const auto within = [&](double scale, const Range& range) {
+    return !range.searched() || (scale > range.min / slack && scale < range.max * slack);
+  };
+  return within(pose.scale_x, prepared.scale_x) && within(pose.scale_y, prepared.scale_y);
+}
+
+bool in_region(const SearchOptions& options, const Eigen::Vector2d& frame) {
+  if (!options.region) return true;
+  const Roi& r = *options.region;
+  return frame.x() > r.x - 0.5 && frame.y() > r.y - 0.5 && frame.x() < r.x + r.width - 0.5 &&
+         frame.y() < r.y + r.height - 0.5;
+}
+
+}  // namespace
+
+void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
+                                std::chrono::steady_clock::time_point deadline, bool& timed_out) {
+  const Pattern& p = *prepared.pattern;
+  const std::size_t wanted = options.max_instances == 0 ? 200 : static_cast<std::size_t>(options.max_instances);
+  for (int index = p.top_level; index >= (p.top_level == 0 ? 0 : 1); --index) {
+    const PointArrays& points = prepared.follow[static_cast<std::size_t>(index)];
+    const Level& level = scene.pyramid->level(index);
+    const Projection projection{scene.mapping, &level, p.pitch};
+    const BilinearReader reader(level);
+    FitOptions fit;
+    fit.freedom = prepared.freedom;
+    fit.iterations = index == p.top_level ? 6 : 4;
+    fit.step_tolerance = 0.03;
+    const double pixel = std::ldexp(p.pitch, index);
+    std::vector<Candidate> kept;
+    for (Candidate candidate : candidates_) {
+      if (std::chrono::steady_clock::now() > deadline) {
+        timed_out = true;
+        break;
+      }
+      const Pose before = candidate.pose;
+      double inside = 0.0;
+      const double score_before = oriented(fit_.correlation(points, projection, reader, before, inside), p.polarity);
+      FitResult result = fit_.fit(points, projection, reader, fit, candidate.pose);
+      const double moved = std::hypot(candidate.pose.x - before.x, candidate.pose.y - before.y) / pixel;
+      double score =
+          result.ok ? oriented(fit_.correlation(points, projection, reader, candidate.pose, inside), p.polarity) : -1.0;
+      constexpr double furthest = 4.0;  // level pixels: a fit that runs further has found something else
+      if (!result.ok || moved > furthest || score < score_before || !in_range(prepared, candidate.pose)) {
+        candidate.pose = before;
+        score = score_before;
+      }
+      candidate.score = score;
+      if (inside >= 0.5) kept.push_back(candidate);
+    }
+    std::stable_sort(kept.begin(), kept.end(),
+                     [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+    candidates_.clear();
+    const double least = 0.6 * options.min_score;
+    const double window = wanted == 1 && !kept.empty() ? kept.front().score - 0.25 : 0.0;
+    const std::size_t most = index == p.top_level ? 16 + 4 * wanted : index > 1 ? 8 + 3 * wanted : 3 + 2 * wanted;
+    for (const Candidate& candidate : kept) {
+      if (candidates_.size() >= most || candidate.score < std::max(least, window)) break;
+      const bool known = std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& other) {
+        return std::hypot(other.pose.x - candidate.pose.x, other.pose.y - candidate.pose.y) < 1.5 * pixel &&
+               (!prepared.freedom.angle ||
+                angle_between(other.pose.angle_deg, candidate.pose.angle_deg) < p.angle_step_deg);
+      });
+      if (!known) candidates_.push_back(candidate);
+    }
+  }
+}
+
+bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& scene, const Candidate& candidate,
+                           Match& match) {
+  const Pattern& p = *prepared.pattern;
+  const Level& level = scene.pyramid->level(0);
+  const Projection projection{scene.mapping, &level, p.pitch};
+  const Eigen::Vector2d image = scene.mapping->image_from_plane({candidate.pose.x, candidate.pose.y});
+  if (!image.allFinite()) return false;
+  const double scale = std::sqrt(candidate.pose.scale_x * candidate.pose.scale_y);
+  const GaussianReader reader = gaussian_reader(scene.image, *scene.mapping, image, p.pitch, scale);
+  FitOptions options;
+  options.freedom = prepared.freedom;
+  options.iterations = 8;
+  options.step_tolerance = 2e-4;
+  match.pose = candidate.pose;
+  const FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
+  if (!fit.ok || !in_range(prepared, match.pose)) return false;
+  constexpr double furthest = 8.0;  // full-resolution pixels from where the level above left it
+  if (std::hypot(match.pose.x - candidate.pose.x, match.pose.y - candidate.pose.y) > furthest * p.pitch) return false;
+
+  double inside = 0.0;
+  const double signed_score = fit_.correlation(prepared.verify, projection, reader, match.pose, inside);
+  match.score = std::clamp(oriented(signed_score, p.polarity), 0.0, 1.0);
+  match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
+  match.visible = fit_.agreeing_part(prepared.verify, fit.gain, fit.offset,
+                                     std::max(3.0 * fit.residual, 0.35 * std::abs(fit.gain) * prepared.contrast));
+  match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
+
+  const Eigen::Matrix<double, 5, 1> sigma =
+      (fit.covariance.diagonal().cwiseProduct(prepared.inflation)).cwiseMax(0.0).cwiseSqrt() * fit.residual;
+  const double angle = match.pose.angle_deg * std::numbers::pi / 180.0;
+  const double along = sigma(0) * match.pose.scale_x * p.pitch;
+  const double across = sigma(1) * match.pose.scale_y * p.pitch;
+  match.sigma_x = std::hypot(std::cos(angle) * along, std::sin(angle) * across);
+  match.sigma_y = std::hypot(std::sin(angle) * along, std::cos(angle) * across);
+  match.sigma_angle_deg = prepared.freedom.angle ? sigma(2) * 180.0 / std::numbers::pi : 0.0;
+  return true;
+}
+
+void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
+                        ThreadPool& threads, std::chrono::steady_clock::time_point deadline, PatternMatches& out) {
+  out.matches.clear();
+  out.timed_out = false;
+  const Pattern& p = *prepared.pattern;
+  if (p.top_level >= scene.pyramid->levels()) return;
+  const std::size_t wanted = options.max_instances == 0 ? 200 : static_cast<std::size_t>(options.max_instances);
+  CoarseTask task;
+  task.points = &prepared.search;
+  task.hypotheses = &prepared.hypotheses;
+  const Level& top = scene.pyramid->level(p.top_level);
+  task.projection = {scene.mapping, &top, p.pitch};
+  task.polarity = p.polarity;
+  task.threshold = static_cast<float>(0.5 * options.min_score);
+  task.most = 48 + 12 * wanted;
+  task.region = options.region ? &*options.region : nullptr;
+  coarse_.run(task, threads, peaks_);
+  candidates_.clear();
+  for (const CoarseCandidate& peak : peaks_) candidates_.push_back({peak.pose, static_cast<double>(peak.score)});
+  follow_down(prepared, scene, options, deadline, out.timed_out);
+
+  std::vector<Match> found;
+  for (const Candidate& candidate : candidates_) {
+    if (std::chrono::steady_clock::now() > deadline) {
+      out.timed_out = true;
+      break;
+    }
+    Match match;
+    if (finish(prepared, scene, candidate, match) && match.score >= options.min_score &&
+        in_region(options, match.frame_position)) {
+      found.push_back(match);
+    }
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Match& a, const Match& b) { return a.score > b.score; });
+  for (const Match& match : found) {
+    if (out.matches.size() >= wanted) break;
+    const std::vector<Eigen::Vector2d> outline = prepared.outline(match.pose);
+    const bool covered = std::any_of(out.matches.begin(), out.matches.end(), [&](const Match& other) {
+      const std::vector<Eigen::Vector2d> its = prepared.outline(other.pose);
+      const double near = 0.05 * std::min(p.width, p.height) * p.pitch;
+      const bool same_place = std::hypot(other.pose.x - match.pose.x, other.pose.y - match.pose.y) < near;
+      return same_place || shared_area(outline, its) > options.max_overlap * std::min(area(outline), area(its));
+    });
+    if (!covered) out.matches.push_back(match);
+  }
+}
+
+}  // namespace vsfind

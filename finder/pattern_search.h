@@ -1,0 +1,44 @@
+#pragma once
+/// @file
+/// One pattern followed from the top of a pyramid down to its sub-pixel pose.
+
+#include <chrono>
+#include <vector>
+
+#include "finder/coarse_search.h"
+#include "finder/fit.h"
+#include "finder/prepared_pattern.h"
+
+namespace vsfind {
+
+/// The picture as one pattern sees it.
+struct SearchScene {
+  ImageView image;  ///< what full resolution is read from: the picture, or its edges
+  const Pyramid* pyramid = nullptr;
+  const Mapping* mapping = nullptr;
+};
+
+/// Keeps its scratch memory between pictures.
+class PatternSearch {
+ public:
+  /// Fills `out`, best first. `deadline`: when to stop with the best so far.
+  void run(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options, ThreadPool& threads,
+           std::chrono::steady_clock::time_point deadline, PatternMatches& out);
+
+ private:
+  struct Candidate {
+    Pose pose;
+    double score = 0.0;
+  };
+
+  void follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
+                   std::chrono::steady_clock::time_point deadline, bool& timed_out);
+  bool finish(const PreparedPattern& prepared, const SearchScene& scene, const Candidate& candidate, Match& match);
+
+  CoarseSearch coarse_;
+  std::vector<CoarseCandidate> peaks_;
+  std::vector<Candidate> candidates_;
+  PoseFit fit_;
+};
+
+}  // namespace vsfind

@@ -1,0 +1,42 @@
+#pragma once
+/// @file
+/// A pattern made ready for the search: its points as arrays, and what can be computed once.
+
+#include <Eigen/Core>
+#include <memory>
+#include <vector>
+
+#include "finder/coarse_search.h"
+#include "finder/fit.h"
+#include "finder/search.h"
+
+namespace vsfind {
+
+struct PreparedPattern {
+  std::shared_ptr<const Pattern> pattern;
+  CoarsePoints search;
+  std::vector<PointArrays> follow;  ///< by level, 0 … top_level; level 0 may be empty
+  PointArrays refine;
+  PointArrays verify;
+  double contrast = 0.0;  ///< standard deviation of the verify points' values
+  std::vector<Hypothesis> hypotheses;
+  Range angle_deg;  ///< searched
+  Range scale_x;
+  Range scale_y;
+  Freedom freedom;
+  /// How much neighbouring points, which read the same pixels, enlarge the variances of (a, b, angle, scale_x, scale_y)
+  /// over those of independent points.
+  Eigen::Matrix<double, 5, 1> inflation;
+
+  PreparedPattern(std::shared_ptr<const Pattern> source, const SearchOptions& options);
+
+  /// Corners of the outline at a pose, plane coordinates.
+  [[nodiscard]] std::vector<Eigen::Vector2d> outline(const Pose& pose) const;
+};
+
+/// Area that two convex polygons share.
+[[nodiscard]] double shared_area(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b);
+/// Area of a polygon.
+[[nodiscard]] double area(const std::vector<Eigen::Vector2d>& polygon);
+
+}  // namespace vsfind

@@ -1,0 +1,426 @@
+#include "finder/search_points.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "finder/coarse_search.h"
+#include "finder/kernels.h"
+
+namespace vsfind {
+
+namespace {
+
+constexpr std::size_t most_candidates = 700;
+constexpr std::size_t most_points = 96;
+constexpr std::size_t least_points = 24;
+constexpr double radian = std::numbers::pi / 180.0;
+
+/// Values that all candidate points read in one situation, row by row.
+using Views = std::vector<std::vector<float>>;
+
+/// Running sums of one situation over the points chosen so far.
+struct Sums {
+  float i = 0.0F;
+  float ii = 0.0F;
+  float it = 0.0F;
+};
+
+float score_of(float n, float i, float ii, float it, float t, float tt) {
+  const float vi = n * ii - i * i;
+  const float vt = n * tt - t * t;
+  if (vi < n * n || vt < n * n) return 0.0F;
+  return (n * it - i * t) / std::sqrt(vi * vt);
+}
+
+/// Repeatable numbers in −1 … 1, the same on every machine.
+class Jitter {
+ public:
+  double next() { return static_cast<double>(random_() >> 11U) * 0x1.0p-52 - 1.0; }
+
+ private:
+  std::mt19937_64 random_{20240601};
+};
+
+class Chooser {
+ public:
+  Chooser(const TrainingScene& scene, int level_index, const TrainOptions& options,
+          const std::vector<AgainstLevel>& against)
+      : scene_(scene), options_(options), against_(against), level_(scene.pyramid().level(level_index)) {
+    result_.level = level_index;
+    result_.grid = coarse_grid(scene, level_index, options);
+    step_ = std::ldexp(1.0, level_index);
+    CoarseSearch::smooth(level_, smooth_);
+    smoothed_ = level_;
+    smoothed_.data = smooth_.data();
+    smoothed_.stride = level_.width;
+  }
+
+  SearchPoints choose() {
+    candidates_ = scene_.lattice(step_, step_ / 2.0 - 1e-6);
+    thin_out();
+    if (candidates_.size() < least_points) return result_;
+    values_ = read(smoothed_, scene_.mapping(), scene_.pose());
+    drop_unread();
+    if (candidates_.size() < least_points) return result_;
+    collect_genuine();
+    own_copies();
+    std::vector<std::size_t> chosen = greedy();
+    // The second and third choice know what the one before mistook for the pattern.
+    for (int round = 0; round < 2; ++round) {
+      collect_impostors(chosen);
+      chosen = greedy();
+    }
+    result_.points.clear();
+    for (const std::size_t k : chosen) result_.points.push_back(point(k));
+    return result_;
+  }
+
+ private:
+  void thin_out() {
+    if (candidates_.size() <= most_candidates) return;
+    std::vector<Eigen::Vector2d> kept;
+    const double every = static_cast<double>(candidates_.size()) / static_cast<double>(most_candidates);
+    for (double at = 0.0; at < static_cast<double>(candidates_.size()); at += every) {
+      kept.push_back(candidates_[static_cast<std::size_t>(at)]);
+    }
+    candidates_ = kept;
+  }
+
+  [[nodiscard]] PatternPoint point(std::size_t k) const {
+    PatternPoint p;
+    p.x = candidates_[k].x();
+    p.y = candidates_[k].y();
+    p.value = values_[k];
+    return p;
+  }
+
+  /// What the candidates would read of a level picture at a pose; points outside read NaN.
+  [[nodiscard]] std::vector<float> read(const Level& level, const Mapping& mapping, const Pose& pose) const {
+    const std::size_t n = candidates_.size();
+    std::vector<double> x(n), y(n), u(n), v(n), value(n), inside(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      x[k] = candidates_[k].x();
+      y[k] = candidates_[k].y();
+    }
+    const Projection projection{&mapping, &level, scene_.pitch()};
+    projection.level_from_pattern(pose, x.data(), y.data(), static_cast<int>(n), u.data(), v.data());
+    BilinearReader(level).read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
+    std::vector<float> out(n);
+    for (std::size_t k = 0; k < n; ++k) {
+      out[k] = inside[k] > 0.0 ? static_cast<float>(value[k]) : std::nanf("");
+    }
+    return out;
+  }
+
+  void drop_unread() {
+    std::vector<Eigen::Vector2d> kept;
+    std::vector<float> values;
+    for (std::size_t k = 0; k < candidates_.size(); ++k) {
+      if (std::isnan(values_[k])) continue;
+      kept.push_back(candidates_[k]);
+      values.push_back(values_[k]);
+    }
+    candidates_ = kept;
+    values_ = values;
+  }
+
+  /// The pattern itself as the coarse search meets it: anywhere within a cell of the grid, offsets rounded to whole
+  /// pixels.
+  void collect_genuine() {
+    Jitter jitter;
+    constexpr int situations = 48;
+    const CoarseGrid& grid = result_.grid;
+    const double half_angle = grid.angle_deg.searched() ? grid.angle_step_deg / 2.0 : 0.0;
+    const double half_x = grid.scale_x.searched() ? grid.scale_step / 2.0 : 0.0;
+    const double half_y = grid.scale_y.searched() ? grid.scale_step / 2.0 : 0.0;
+    const std::size_t n = candidates_.size();
+    std::vector<double> u(n), v(n), value(n), inside(n);
+    const Pose& pose = scene_.pose();
+    const Projection projection{&scene_.mapping(), &level_, scene_.pitch()};
+    std::vector<double> x(n), y(n);
+    for (int m = 0; m < situations; ++m) {
+      // The first ones are the corners of the cell, where it is worst.
+      const auto at = [&](int bit) { return m < 16 ? ((m >> bit & 1) != 0 ? 1.0 : -1.0) : jitter.next(); };
+      const double dx = 0.5 * step_ * at(0);
+      const double dy = 0.5 * step_ * at(1);
+      const double turn = half_angle * at(2) * radian;
+      const double grow_x = half_x * at(3);
+      const double grow_y = grid.common_scale ? grow_x : half_y * (m < 16 ? at(3) : jitter.next());
+      const double seen = (grid.angle_deg.min + grid.angle_deg.width() * 0.5 * (1.0 + jitter.next())) * radian;
+      for (std::size_t k = 0; k < n; ++k) {
+        // Rounding to whole pixels happens in the searched picture, whose axes are turned by `seen`.
+        const double px = candidates_[k].x() / step_;
+        const double py = candidates_[k].y() / step_;
+        const double rx = std::cos(seen) * px - std::sin(seen) * py;
+        const double ry = std::sin(seen) * px + std::cos(seen) * py;
+        const double ex = std::round(rx) - rx;
+        const double ey = std::round(ry) - ry;
+        const double qx = candidates_[k].x() + step_ * (std::cos(seen) * ex + std::sin(seen) * ey);
+        const double qy = candidates_[k].y() + step_ * (std::cos(seen) * ey - std::sin(seen) * ex);
+        x[k] = (1.0 + grow_x) * (std::cos(turn) * qx - std::sin(turn) * qy) + dx;
+        y[k] = (1.0 + grow_y) * (std::sin(turn) * qx + std::cos(turn) * qy) + dy;
+      }
+      projection.level_from_pattern(pose, x.data(), y.data(), static_cast<int>(n), u.data(), v.data());
+      BilinearReader(smoothed_).read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
+      std::vector<float> view(n);
+      for (std::size_t k = 0; k < n; ++k) view[k] = inside[k] > 0.0 ? static_cast<float>(value[k]) : values_[k];
+      genuine_.push_back(std::move(view));
+    }
+  }
+
+  /// The pattern's own copies, shifted and turned by more than a cell.
+  void own_copies() {
+    for (const double reach : {2.0, 3.0, 5.0}) {
+      for (int direction = 0; direction < 8; ++direction) {
+        const double a = direction * std::numbers::pi / 4.0;
+        Pose pose = scene_.pose();
+        pose.x += scene_.pitch() * step_ * reach * std::cos(a);
+        pose.y += scene_.pitch() * step_ * reach * std::sin(a);
+        add_impostor(smoothed_, scene_.mapping(), pose);
+      }
+    }
+    const CoarseGrid& grid = result_.grid;
+    if (grid.angle_deg.searched()) {
+      for (const double steps : {-3.0, -2.0, 2.0, 3.0}) {
+        Pose pose = scene_.pose();
+        pose.angle_deg += steps * grid.angle_step_deg;
+        add_impostor(smoothed_, scene_.mapping(), pose);
+      }
+    }
+  }
+
+  void add_impostor(const Level& level, const Mapping& mapping, const Pose& pose) {
+    std::vector<float> view = read(level, mapping, pose);
+    // Outside the picture nobody knows what there is: the pattern's own mean is neutral.
+    float mean = 0.0F;
+    for (const float value : values_) mean += value;
+    mean /= static_cast<float>(values_.size());
+    for (float& value : view) {
+      if (std::isnan(value)) value = mean;
+    }
+    // What all points together cannot tell from the pattern, no choice of points will.
+    float i = 0.0F;
+    float ii = 0.0F;
+    float it = 0.0F;
+    float t = 0.0F;
+    float tt = 0.0F;
+    for (std::size_t k = 0; k < view.size(); ++k) {
+      i += view[k];
+      ii += view[k] * view[k];
+      it += view[k] * values_[k];
+      t += values_[k];
+      tt += values_[k] * values_[k];
+    }
+    const float score = score_of(static_cast<float>(view.size()), i, ii, it, t, tt);
+    constexpr float hopeless = 0.9F;
+    if (score < hopeless) impostors_.push_back(std::move(view));
+  }
+
+  /// What the points chosen so far mistake for the pattern, in the training scene and the scenes to tell it from.
+  void collect_impostors(const std::vector<std::size_t>& chosen) {
+    std::vector<PatternPoint> points;
+    for (const std::size_t k : chosen) points.push_back(point(k));
+    const CoarsePoints coarse(points);
+    const std::vector<Hypothesis> tried = hypotheses(result_.grid);
+    ThreadPool here(1);
+    CoarseSearch search;
+    std::vector<CoarseCandidate> found;
+    const auto scan = [&](const Level& level, const Mapping& mapping, bool own) {
+      CoarseTask task;
+      task.points = &coarse;
+      task.hypotheses = &tried;
+      task.projection = {&mapping, &level, scene_.pitch()};
+      task.threshold = 0.3F;
+      task.min_inside = 0.8F;
+      task.most = 150;
+      search.run(task, here, found);
+      std::vector<std::uint8_t> memory;
+      CoarseSearch::smooth(level, memory);
+      Level smoothed = level;
+      smoothed.data = memory.data();
+      smoothed.stride = level.width;
+      for (const CoarseCandidate& candidate : found) {
+        const double away = std::hypot(candidate.pose.x - scene_.pose().x, candidate.pose.y - scene_.pose().y) /
+                            (scene_.pitch() * step_);
+        if (own && away < 2.5) continue;
+        add_impostor(smoothed, mapping, candidate.pose);
+      }
+    };
+    scan(level_, scene_.mapping(), true);
+    for (const AgainstLevel& other : against_) scan(other.level, other.mapping, false);
+  }
+
+  /// Adds the point that keeps the pattern's own scores highest and all others lowest, until no point helps.
+  std::vector<std::size_t> greedy() {
+    const std::size_t n = candidates_.size();
+    std::vector<Sums> own(genuine_.size());
+    std::vector<Sums> other(impostors_.size());
+    std::vector<std::size_t> chosen;
+    std::vector<char> used(n, 0);
+    float count = 0.0F;
+    float t = 0.0F;
+    float tt = 0.0F;
+    const auto add = [&](std::size_t k) {
+      used[k] = 1;
+      chosen.push_back(k);
+      count += 1.0F;
+      t += values_[k];
+      tt += values_[k] * values_[k];
+      const auto take = [&](std::vector<Sums>& sums, const Views& views) {
+        for (std::size_t m = 0; m < sums.size(); ++m) {
+          const float value = views[m][k];
+          sums[m].i += value;
+          sums[m].ii += value * value;
+          sums[m].it += value * values_[k];
+        }
+      };
+      take(own, genuine_);
+      take(other, impostors_);
+    };
+    start(add);
+    double before = 0.0;
+    double last_gain = 1.0;
+    while (chosen.size() < std::min(n, most_points)) {
+      double best = -1e9;
+      std::size_t which = n;
+      for (std::size_t k = 0; k < n; ++k) {
+        if (used[k] != 0) continue;
+        const double quality = quality_with(k, count, t, tt, own, other);
+        if (quality > best) {
+          best = quality;
+          which = k;
+        }
+      }
+      if (which == n) break;
+      add(which);
+      last_gain = 0.8 * last_gain + 0.2 * std::max(0.0, best - before);
+      before = best;
+      constexpr double worth_a_point = 4e-4;
+      if (chosen.size() >= least_points && chosen.size() % 2 == 0 && last_gain < worth_a_point) break;
+    }
+    if (chosen.size() % 2 != 0) chosen.pop_back();
+    measure(chosen);
+    return chosen;
+  }
+
+  /// A first handful: far apart, bright and dark by turns, and little moved by the steps of the grid.
+  template <typename Add>
+  void start(Add add) {
+    const std::size_t n = candidates_.size();
+    std::vector<float> unrest(n, 0.0F);
+    for (const std::vector<float>& view : genuine_) {
+      for (std::size_t k = 0; k < n; ++k) unrest[k] += (view[k] - values_[k]) * (view[k] - values_[k]);
+    }
+    std::vector<float> sorted = values_;
+    std::sort(sorted.begin(), sorted.end());
+    const float middle = 0.5F * (sorted[n / 10] + sorted[n - 1 - n / 10]);
+    for (int quarter = 0; quarter < 4; ++quarter) {
+      for (const bool bright : {true, false}) {
+        std::size_t which = n;
+        float best = -1e9F;
+        for (std::size_t k = 0; k < n; ++k) {
+          const bool right = candidates_[k].x() > scene_.left() + scene_.width() / 2.0;
+          const bool lower = candidates_[k].y() > scene_.top() + scene_.height() / 2.0;
+          if ((right ? 1 : 0) + (lower ? 2 : 0) != quarter) continue;
+          const float contrast = bright ? values_[k] - middle : middle - values_[k];
+          const float worth = contrast - 2.0F * std::sqrt(unrest[k] / static_cast<float>(genuine_.size()));
+          if (worth > best) {
+            best = worth;
+            which = k;
+          }
+        }
+        if (which != n) add(which);
+      }
+    }
+  }
+
+  [[nodiscard]] double quality_with(std::size_t k, float count, float t, float tt, const std::vector<Sums>& own,
+                                    const std::vector<Sums>& other) const {
+    const float value = values_[k];
+    const float n = count + 1.0F;
+    const float new_t = t + value;
+    const float new_tt = tt + value * value;
+    const auto score = [&](const Sums& s, float seen) {
+      return score_of(n, s.i + seen, s.ii + seen * seen, s.it + seen * value, new_t, new_tt);
+    };
+    // Fourth powers stand for the worst cases and stay smooth.
+    float lost = 0.0F;
+    for (std::size_t m = 0; m < own.size(); ++m) {
+      const float miss = 1.0F - score(own[m], genuine_[m][k]);
+      lost += miss * miss * miss * miss;
+    }
+    float taken = 0.0F;
+    for (std::size_t m = 0; m < other.size(); ++m) {
+      const float like = std::max(0.0F, score(other[m], impostors_[m][k]));
+      taken += like * like * like * like;
+    }
+    const auto mean = [](float sum, std::size_t size) {
+      return size == 0 ? 0.0 : std::sqrt(std::sqrt(static_cast<double>(sum) / static_cast<double>(size)));
+    };
+    return -mean(lost, own.size()) - mean(taken, other.size());
+  }
+
+  void measure(const std::vector<std::size_t>& chosen) {
+    const auto score = [&](const std::vector<float>& view) {
+      float i = 0.0F;
+      float ii = 0.0F;
+      float it = 0.0F;
+      float t = 0.0F;
+      float tt = 0.0F;
+      for (const std::size_t k : chosen) {
+        i += view[k];
+        ii += view[k] * view[k];
+        it += view[k] * values_[k];
+        t += values_[k];
+        tt += values_[k] * values_[k];
+      }
+      return static_cast<double>(score_of(static_cast<float>(chosen.size()), i, ii, it, t, tt));
+    };
+    result_.worst_genuine = 1.0;
+    result_.best_impostor = 0.0;
+    for (const std::vector<float>& view : genuine_)
+      result_.worst_genuine = std::min(result_.worst_genuine, score(view));
+    for (const std::vector<float>& view : impostors_)
+      result_.best_impostor = std::max(result_.best_impostor, score(view));
+  }
+
+  const TrainingScene& scene_;
+  const TrainOptions& options_;
+  const std::vector<AgainstLevel>& against_;
+  Level level_;
+  Level smoothed_;
+  std::vector<std::uint8_t> smooth_;
+  double step_ = 1.0;
+  std::vector<Eigen::Vector2d> candidates_;
+  std::vector<float> values_;
+  Views genuine_;
+  Views impostors_;
+  SearchPoints result_;
+};
+
+}  // namespace
+
+CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions& options) {
+  const double step = std::ldexp(1.0, level);
+  // r.m.s. distances of a rectangle's points from its middle, level pixels.
+  const double rms_x = scene.width() / step / std::sqrt(12.0);
+  const double rms_y = scene.height() / step / std::sqrt(12.0);
+  CoarseGrid grid;
+  grid.angle_deg = options.angle_deg;
+  grid.scale_x = options.scale_x;
+  grid.scale_y = options.scale_y;
+  grid.common_scale = options.common_scale;
+  grid.angle_step_deg = std::min(30.0, 1.0 / std::hypot(rms_x, rms_y) / radian);
+  grid.scale_step = std::min(
+      0.4, 0.8 / (options.common_scale ? std::hypot(rms_x, rms_y) / std::numbers::sqrt2 : std::max(rms_x, rms_y)));
+  return grid;
+}
+
+SearchPoints choose_search_points(const TrainingScene& scene, int level, const TrainOptions& options,
+                                  const std::vector<AgainstLevel>& against) {
+  return Chooser(scene, level, options, against).choose();
+}
+
+}  // namespace vsfind

@@ -1,0 +1,335 @@
+#include "finder/train.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "acquisition/errors.h"
+#include "finder/edges.h"
+#include "finder/informative_points.h"
+#include "finder/search_points.h"
+#include "finder/training_scene.h"
+
+namespace vsfind {
+
+namespace {
+
+constexpr int smallest_roi = 8;
+constexpr int deepest_level = 7;
+
+void check_range(const char* key, const Range& range, double least, double most) {
+  if (!(range.min <= range.max && range.min >= least && range.max <= most)) {
+    throw UsageError(fmt::format("{} {}:{} is not a range (allowed: MIN:MAX with {} <= MIN <= MAX <= {})", key,
+                                 range.min, range.max, least, most));
+  }
+}
+
+void check(const ImageView& image, const TrainOptions& options) {
+  const Roi& roi = options.roi;
+  if (image.empty()) throw UsageError("the training image is empty");
+  if (roi.width < smallest_roi || roi.height < smallest_roi) {
+    throw UsageError(fmt::format("roi {},{},{},{} is too small (allowed: at least {} x {} pixels)", roi.x, roi.y,
+                                 roi.width, roi.height, smallest_roi, smallest_roi));
+  }
+  if (roi.x < 0 || roi.y < 0 || roi.width > image.width || roi.height > image.height ||
+      roi.x > image.width - roi.width || roi.y > image.height - roi.height) {
+    throw UsageError(fmt::format("roi {},{},{},{} reaches outside the image of {} x {} pixels", roi.x, roi.y, roi.width,
+                                 roi.height, image.width, image.height));
+  }
+  check_range("angle", options.angle_deg, -360.0, 360.0);
+  if (options.angle_deg.width() > 360.0 + 1e-9) {
+    throw UsageError(fmt::format("angle {}:{} is wider than a full circle (allowed: at most 360 degrees wide)",
+                                 options.angle_deg.min, options.angle_deg.max));
+  }
+  check_range("scale_x", options.scale_x, 0.5, 2.0);
+  check_range("scale_y", options.scale_y, 0.5, 2.0);
+  if (options.accuracy < 1 || options.accuracy > 100) {
+    throw UsageError(fmt::format("accuracy {} is out of range (allowed: 1 to 100)", options.accuracy));
+  }
+  if (options.edge_threshold && !(*options.edge_threshold > 0.0 && *options.edge_threshold <= 255.0)) {
+    throw UsageError(fmt::format("edge threshold {} is out of range (allowed: above 0 up to 255, or auto)",
+                                 *options.edge_threshold));
+  }
+  const ImageView& mask = options.mask;
+  if (!mask.empty() && !(mask.width == roi.width && mask.height == roi.height) &&
+      !(mask.width == image.width && mask.height == image.height)) {
+    throw UsageError(
+        fmt::format("the mask has {} x {} pixels (allowed: the size of the roi, {} x {}, or of the image, "
+                    "{} x {})",
+                    mask.width, mask.height, roi.width, roi.height, image.width, image.height));
+  }
+}
+
+Freedom freedom_of(const TrainOptions& options) {
+  Freedom freedom;
+  freedom.angle = options.angle_deg.searched();
+  freedom.common_scale = options.common_scale && options.scale_x.searched();
+  freedom.scale_x = options.scale_x.searched();
+  freedom.scale_y = options.scale_y.searched();
+  return freedom;
+}
+
+/// Points of a level's picture with their gradients, from the whole pattern.
+std::vector<PatternPoint> level_points(const TrainingScene& scene, int index) {
+  const Level& level = scene.pyramid().level(index);
+  const double step = std::ldexp(1.0, index);
+  const BilinearReader reader(level);
+  const Projection projection = scene.projection(level);
+  std::vector<PatternPoint> points;
+  for (const Eigen::Vector2d& at : scene.lattice(step, step / 2.0 - 1e-6)) {
+    const double x[5] = {at.x(), at.x() - step, at.x() + step, at.x(), at.x()};
+    const double y[5] = {at.y(), at.y(), at.y(), at.y() - step, at.y() + step};
+    double u[5], v[5], value[5], inside[5];
+    projection.level_from_pattern(scene.pose(), x, y, 5, u, v);
+    reader.read(u, v, 5, value, inside);
+    if (*std::min_element(inside, inside + 5) == 0.0) continue;
+    PatternPoint p;
+    p.x = at.x();
+    p.y = at.y();
+    p.value = static_cast<float>(value[0]);
+    p.gradient_x = static_cast<float>((value[2] - value[1]) / (2.0 * step));
+    p.gradient_y = static_cast<float>((value[4] - value[3]) / (2.0 * step));
+    points.push_back(p);
+  }
+  return points;
+}
+
+/// A point of full resolution read through the Gaussian that the search uses too.
+bool read_fine(const TrainingScene& scene, const GaussianReader& reader, PatternPoint& p) {
+  const Eigen::Vector2d plane(scene.pose().x + scene.pitch() * p.x, scene.pose().y + scene.pitch() * p.y);
+  const Eigen::Vector2d image = scene.mapping().image_from_plane(plane);
+  double read[4];
+  if (!reader.read_with_derivatives(image.x(), image.y(), read)) return false;
+  const Eigen::Matrix2d jacobian = scene.mapping().image_from_plane_jacobian(plane) * scene.pitch();
+  p.value = static_cast<float>(read[0]);
+  p.gradient_x = static_cast<float>(read[1] * jacobian(0, 0) + read[2] * jacobian(1, 0));
+  p.gradient_y = static_cast<float>(read[1] * jacobian(0, 1) + read[2] * jacobian(1, 1));
+  // Exact for square pixels; elsewhere near enough for what it is: a nuisance that takes up differences in sharpness.
+  p.laplacian = static_cast<float>(read[3] * std::abs(jacobian.determinant()));
+  return true;
+}
+
+std::vector<PatternPoint> pick(const std::vector<PatternPoint>& all, const std::vector<std::size_t>& chosen) {
+  std::vector<PatternPoint> points;
+  points.reserve(chosen.size());
+  for (const std::size_t k : chosen) points.push_back(all[k]);
+  return points;
+}
+
+PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) {
+  // A rough gradient from neighbouring pixels serves the choice; the chosen ones are read exactly.
+  constexpr double border = 2.0;  // the kernel's reach: what lies around the pattern is not part of it
+  std::vector<PatternPoint> candidates;
+  const GaussianReader reader = scene.gaussian();
+  const Level& level = scene.pyramid().level(0);
+  const Projection projection = scene.projection(level);
+  std::vector<Eigen::Vector2d> lattice = scene.lattice(1.0, border);
+  const std::size_t n = lattice.size();
+  std::vector<double> x, y, u(4 * n), v(4 * n), value(4 * n), inside(4 * n);
+  for (const Eigen::Vector2d& at : lattice) {
+    x.insert(x.end(), {at.x() - 1.0, at.x() + 1.0, at.x(), at.x()});
+    y.insert(y.end(), {at.y(), at.y(), at.y() - 1.0, at.y() + 1.0});
+  }
+  projection.level_from_pattern(scene.pose(), x.data(), y.data(), static_cast<int>(4 * n), u.data(), v.data());
+  reader.read(u.data(), v.data(), static_cast<int>(4 * n), value.data(), inside.data());
+  for (std::size_t k = 0; k < n; ++k) {
+    if (*std::min_element(&inside[4 * k], &inside[4 * k] + 4) == 0.0) continue;
+    PatternPoint p;
+    p.x = lattice[k].x();
+    p.y = lattice[k].y();
+    p.gradient_x = static_cast<float>((value[4 * k + 1] - value[4 * k]) / 2.0);
+    p.gradient_y = static_cast<float>((value[4 * k + 3] - value[4 * k + 2]) / 2.0);
+    candidates.push_back(p);
+  }
+  // 13 points per step of accuracy: 30 gives the 400 points that reach the bound of all pixels.
+  const auto count = static_cast<std::size_t>(std::lround(10.0 + 13.0 * options.accuracy));
+  constexpr double spacing = 2.0;  // nearer ones read the same pixels and tell nothing new
+  PointSet set{0, PointUse::refine,
+               pick(candidates, choose_informative(candidates, freedom_of(options), count, spacing, options.spread))};
+  std::erase_if(set.points, [&](PatternPoint& p) { return !read_fine(scene, reader, p); });
+  return set;
+}
+
+/// Evenly spread over the whole pattern, flat parts too: what the score is measured on.
+PointSet verify_points(const TrainingScene& scene) {
+  constexpr double wanted = 600.0;
+  PointSet set{0, PointUse::verify, {}};
+  const GaussianReader reader = scene.gaussian();
+  const double step = std::max(1.0, std::sqrt(scene.width() * scene.height() / wanted));
+  for (const Eigen::Vector2d& at : scene.lattice(step, 0.0)) {
+    PatternPoint p;
+    p.x = at.x();
+    p.y = at.y();
+    if (read_fine(scene, reader, p)) set.points.push_back(p);
+  }
+  return set;
+}
+
+PointSet follow_points(const TrainingScene& scene, const TrainOptions& options, int level) {
+  constexpr std::size_t count = 128;
+  const std::vector<PatternPoint> all = level_points(scene, level);
+  // Spread, so that hidden parts leave enough; the rest of the choice is by information.
+  return {level, PointUse::follow,
+          pick(all, choose_informative(all, freedom_of(options), count, std::ldexp(1.0, level) * 0.9, true))};
+}
+
+/// Standard deviation of the values of points.
+double contrast_of(const std::vector<PatternPoint>& points) {
+  double sum = 0.0;
+  double squares = 0.0;
+  for (const PatternPoint& p : points) {
+    sum += static_cast<double>(p.value);
+    squares += static_cast<double>(p.value) * static_cast<double>(p.value);
+  }
+  const auto n = static_cast<double>(std::max<std::size_t>(1, points.size()));
+  return std::sqrt(std::max(0.0, squares / n - (sum / n) * (sum / n)));
+}
+
+PatternImage pattern_image(const TrainingScene& scene, const ImageView& image) {
+  PatternImage picture;
+  constexpr int margin = 4;
+  picture.width = static_cast<int>(std::lround(scene.width())) + 2 * margin;
+  picture.height = static_cast<int>(std::lround(scene.height())) + 2 * margin;
+  const double x0 = scene.left() + 0.5 - margin;
+  const double y0 = scene.top() + 0.5 - margin;
+  picture.origin_x = -x0;
+  picture.origin_y = -y0;
+  const double white = image.white();
+  for (int r = 0; r < picture.height; ++r) {
+    for (int c = 0; c < picture.width; ++c) {
+      const double x = x0 + c;
+      const double y = y0 + r;
+      const Eigen::Vector2d p =
+          scene.mapping().image_from_plane({scene.pose().x + scene.pitch() * x, scene.pose().y + scene.pitch() * y});
+      const bool seen = p.x() > -0.5 && p.y() > -0.5 && p.x() < image.width - 0.5 && p.y() < image.height - 0.5;
+      double grey = 0.0;
+      if (seen) {
+        const double u = std::clamp(p.x(), 0.0, image.width - 1.0);
+        const double v = std::clamp(p.y(), 0.0, image.height - 1.0);
+        const int u0 = std::min(static_cast<int>(u), std::max(0, image.width - 2));
+        const int v0 = std::min(static_cast<int>(v), std::max(0, image.height - 2));
+        const int u1 = std::min(u0 + 1, image.width - 1);
+        const int v1 = std::min(v0 + 1, image.height - 1);
+        const double a = u - u0;
+        const double b = v - v0;
+        grey = (1.0 - b) * ((1.0 - a) * image.at(u0, v0) + a * image.at(u1, v0)) +
+               b * ((1.0 - a) * image.at(u0, v1) + a * image.at(u1, v1));
+      }
+      picture.grey.push_back(static_cast<std::uint16_t>(std::lround(grey / white * 65280.0)));
+      picture.mask.push_back(!seen                         ? std::uint8_t{0}
+                             : scene.in_pattern(x, y, 0.0) ? std::uint8_t{255}
+                                                           : std::uint8_t{128});
+    }
+  }
+  return picture;
+}
+
+/// Noise of a picture around the ROI: median of the second differences, which structure leaves alone (after Immerkær
+/// 1996).
+double estimate_noise(const ImageView& image, const Roi& roi) {
+  std::vector<double> values;
+  const int right = std::min(image.width - 1, roi.x + roi.width);
+  const int bottom = std::min(image.height - 1, roi.y + roi.height);
+  for (int y = std::max(1, roi.y); y < bottom; ++y) {
+    for (int x = std::max(1, roi.x); x < right; ++x) {
+      const int m = image.at(x - 1, y - 1) - 2 * image.at(x, y - 1) + image.at(x + 1, y - 1) -
+                    2 * (image.at(x - 1, y) - 2 * image.at(x, y) + image.at(x + 1, y)) + image.at(x - 1, y + 1) -
+                    2 * image.at(x, y + 1) + image.at(x + 1, y + 1);
+      values.push_back(std::abs(m));
+    }
+  }
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return 1.4826 * *middle / 6.0 * 255.0 / image.white();
+}
+
+}  // namespace
+
+Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions& options) {
+  const auto started = std::chrono::steady_clock::now();
+  check(image, options);
+  EdgeImage edges;
+  double threshold = 0.0;
+  ImageView read = image;
+  if (options.edges) {
+    threshold = options.edge_threshold ? *options.edge_threshold : automatic_edge_threshold(image, options.roi);
+    read = edges.compute(image, threshold);
+  }
+  const double shorter = std::min(options.roi.width, options.roi.height);
+  int deepest = 0;
+  while (deepest < deepest_level && shorter / std::ldexp(1.0, deepest + 1) >= 7.0) ++deepest;
+  const TrainingScene scene(read, mapping, options, deepest);
+  deepest = std::min(deepest, scene.pyramid().levels() - 1);
+
+  Pattern pattern;
+  pattern.name = options.name;
+  pattern.unit = options.unit;
+  pattern.pitch = scene.pitch();
+  pattern.pixel_aspect = mapping.pixel_aspect();
+  pattern.left = scene.left();
+  pattern.top = scene.top();
+  pattern.width = scene.width();
+  pattern.height = scene.height();
+  pattern.angle_deg = options.angle_deg;
+  pattern.scale_x = options.scale_x;
+  pattern.scale_y = options.common_scale ? options.scale_x : options.scale_y;
+  pattern.common_scale = options.common_scale;
+  pattern.accuracy = options.accuracy;
+  pattern.edges = options.edges;
+  pattern.edge_threshold = threshold;
+  pattern.spread = options.spread;
+  pattern.polarity = options.polarity;
+  pattern.report.noise_sigma = estimate_noise(image, options.roi);
+
+  PointSet verify = verify_points(scene);
+  constexpr double least_contrast = 1.0;  // grey levels
+  if (verify.points.size() < 16 || contrast_of(verify.points) < least_contrast) {
+    throw UsageError(
+        fmt::format("the pattern is flat: its grey values vary by {:.2f} (standard deviation; allowed: at "
+                    "least {})",
+                    contrast_of(verify.points), least_contrast));
+  }
+
+  std::vector<EdgeImage> other_edges(options.against.size());
+  std::vector<Pyramid> others(options.against.size());
+  for (std::size_t i = 0; i < options.against.size(); ++i) {
+    ImageView other = options.against[i];
+    if (options.edges) other = other_edges[i].compute(other, threshold);
+    others[i].build(other, scene.plan());
+  }
+
+  SearchPoints best;
+  for (int level = deepest; level >= 0; --level) {
+    std::vector<AgainstLevel> against;
+    for (const Pyramid& other : others) {
+      if (level < other.levels()) against.push_back({other.level(level), mapping});
+    }
+    SearchPoints proposal = choose_search_points(scene, level, options, against);
+    if (proposal.points.size() < 4) continue;
+    const bool good = proposal.worst_genuine >= 0.7 && proposal.margin() >= 0.15;
+    if (best.points.empty() || proposal.margin() > best.margin()) best = std::move(proposal);
+    if (good) break;
+  }
+  if (best.points.empty())
+    throw UsageError("the pattern has too few points that can be searched for: choose a larger roi");
+  pattern.top_level = best.level;
+  pattern.angle_step_deg = options.angle_deg.searched() ? best.grid.angle_step_deg : 0.0;
+  pattern.scale_step = options.scale_x.searched() || options.scale_y.searched() ? best.grid.scale_step : 0.0;
+  pattern.report.impostor_score = best.best_impostor;
+  pattern.sets.push_back({best.level, PointUse::search, best.points});
+  for (int level = best.level; level >= (best.level == 0 ? 0 : 1); --level) {
+    pattern.sets.push_back(follow_points(scene, options, level));
+  }
+  pattern.sets.push_back(refine_points(scene, options));
+  pattern.sets.push_back(std::move(verify));
+  pattern.image = pattern_image(scene, read);
+
+  pattern.report.training_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - started).count();
+  return pattern;
+}
+
+}  // namespace vsfind
