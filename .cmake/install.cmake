@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 
 block()
-set(libraries vsfind_acquisition vsfind_calibration vsfind_finder)
+set(libraries vsfind_acquisition vsfind_calibration vsfind_calibrate vsfind_finder)
 
 # The packages that the exported targets need, collected from what they link, so that the list cannot go stale.
 set(opencv_components "")

@@ -19,7 +19,7 @@ std::optional<double> whole_number(std::string_view text) {
 
 }  // namespace
 
-double parse_pixel_aspect(const std::string& text) {
+double pixel_aspect_from_text(const std::string& text) {
   if (text == "pal") return pal_pixel_aspect;
   if (text == "ntsc") return ntsc_pixel_aspect;
   const std::size_t colon = text.find(':');

@@ -13,6 +13,6 @@ inline constexpr double ntsc_pixel_aspect = 10.0 / 11.0;
 
 /// Reads `pal`, `ntsc` or `W:H` (pixel width to pixel height, decimals allowed, e.g. 59:54 or 1:1).
 /// Throws UsageError, naming the text and the allowed values, unless 0.1 <= W/H <= 10.
-[[nodiscard]] double parse_pixel_aspect(const std::string& text);
+[[nodiscard]] double pixel_aspect_from_text(const std::string& text);
 
 }  // namespace vsfind

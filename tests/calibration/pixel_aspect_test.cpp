@@ -8,16 +8,16 @@ namespace vsfind {
 namespace {
 
 TEST(PixelAspect, ReadsNamesAndRatios) {
-  EXPECT_DOUBLE_EQ(parse_pixel_aspect("pal"), 59.0 / 54.0);
-  EXPECT_DOUBLE_EQ(parse_pixel_aspect("ntsc"), 10.0 / 11.0);
-  EXPECT_DOUBLE_EQ(parse_pixel_aspect("4320:4739"), 4320.0 / 4739.0);
-  EXPECT_DOUBLE_EQ(parse_pixel_aspect("1.0925:1"), 1.0925);
+  EXPECT_DOUBLE_EQ(pixel_aspect_from_text("pal"), 59.0 / 54.0);
+  EXPECT_DOUBLE_EQ(pixel_aspect_from_text("ntsc"), 10.0 / 11.0);
+  EXPECT_DOUBLE_EQ(pixel_aspect_from_text("4320:4739"), 4320.0 / 4739.0);
+  EXPECT_DOUBLE_EQ(pixel_aspect_from_text("1.0925:1"), 1.0925);
 }
 
 TEST(PixelAspect, RefusesTheRest) {
   for (const char* text : {"", "PAL", ":", "1:", ":1", "1", "1:0", "0:1", "-1:-1", "nan:1", "inf:inf", "1:1:1", "1:1x",
                            " 1:1", "11:1", "1:11", "1e400:1"}) {
-    EXPECT_THROW((void)parse_pixel_aspect(text), UsageError) << text;
+    EXPECT_THROW((void)pixel_aspect_from_text(text), UsageError) << text;
   }
 }
 
