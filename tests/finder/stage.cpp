@@ -139,11 +139,11 @@ Shot random_shot(const Trained& trained, const Recipe& recipe, std::uint64_t see
   sensor.seed = random.bits();
   if (recipe.random_shading) {
     const double direction = random.uniform(0.0, 6.283);
-    sensor.gain *= 0.65;
+    sensor.gain *= 0.5;
     sensor.shade_x = 0.55 * std::cos(direction);
     sensor.shade_y = 0.55 * std::sin(direction);
-    sensor.ramp_x = 25.0 * std::cos(direction + 1.0);
-    sensor.ramp_y = 25.0 * std::sin(direction + 1.0);
+    sensor.ramp_x = 15.0 * std::cos(direction + 1.0);
+    sensor.ramp_y = 15.0 * std::sin(direction + 1.0);
     sensor.offset += 30.0;
   }
   Shot shot = finish(scene, recipe.blur, sensor, recipe.field);

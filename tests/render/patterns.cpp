@@ -70,9 +70,15 @@ Drawing artwork(std::uint64_t seed, double width, double height) {
   }
   drawing.shapes.push_back({{plate}, 90.0});
   constexpr double greys[] = {30.0, 220.0, 150.0, 50.0, 190.0};
+  std::vector<Eigen::Vector2d> centres;
   for (int i = 0; i < 9; ++i) {
-    const double radius = unit * random.uniform(0.06, 0.15);
-    const Eigen::Vector2d centre(random.uniform(-0.32, 0.32) * width, random.uniform(-0.32, 0.32) * height);
+    Eigen::Vector2d centre;
+    const auto close = [&](const Eigen::Vector2d& other) { return (other - centre).norm() < 0.24 * unit; };
+    do {
+      centre = {random.uniform(-0.36, 0.36) * width, random.uniform(-0.36, 0.36) * height};
+    } while (std::any_of(centres.begin(), centres.end(), close));
+    centres.push_back(centre);
+    const double radius = unit * random.uniform(0.07, 0.14);
     Contour contour = random.chance(0.5) ? random_blob(random, radius) : random_star(random, radius);
     drawing.shapes.push_back({{moved(std::move(contour), centre)}, greys[i % 5]});
   }
