@@ -1,0 +1,161 @@
+#include "app/config.h"
+
+#include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <map>
+
+#include "acquisition/errors.h"
+#include "app/nearest.h"
+
+namespace vsfind {
+namespace {
+
+constexpr std::size_t max_bytes = 1'000'000;
+constexpr int max_nesting = 32;  // ours needs two; a parser that recurses is not to be fed more
+
+std::string read_text(const std::string& path) {
+  std::error_code error;
+  if (std::filesystem::is_directory(path, error)) throw IoError(path + ": is a folder (allowed: a YAML file)");
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw IoError(path + ": cannot be read: " + std::strerror(errno));
+  std::string text(max_bytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  if (file.bad()) throw IoError(path + ": cannot be read: " + std::strerror(errno));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > max_bytes) throw UsageError(path + ": is larger than a configuration may be (allowed: 1 MB)");
+  return text;
+}
+
+/// Refuses nesting that only an attacker writes, before the parser sees it. Counts brackets and, per line, the
+/// characters that open blocks, wherever they stand: too high a count costs nothing at this limit.
+void check_nesting(const std::string& path, const std::string& text) {
+  int line = 1;
+  int brackets = 0;
+  int openers = 0;
+  for (const char c : text) {
+    if (c == '\0') throw UsageError(fmt::format("{}:{}: holds a zero byte (allowed: YAML text)", path, line));
+    if (c == '\n') {
+      ++line;
+      openers = 0;
+    }
+    if (c == '[' || c == '{') ++brackets;
+    if (c == ']' || c == '}') brackets = std::max(0, brackets - 1);
+    if (c == '-' || c == '?' || c == ':') ++openers;
+    constexpr int max_openers = 256;  // a line of text may hold a rule of dashes
+    if (brackets > max_nesting || openers > max_openers) {
+      throw UsageError(fmt::format("{}:{}: is nested too deeply (allowed: keys with values or lists)", path, line));
+    }
+  }
+}
+
+int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
+
+std::string scalar_of(const YAML::Node& node, const std::string& where) {
+  if (!node.IsScalar() || node.Scalar().empty()) throw UsageError(where + ": needs a value");
+  return node.Scalar();
+}
+
+ConfigEntry entry_of(const std::string& path, const YAML::Node& key, const YAML::Node& value) {
+  if (!key.IsScalar()) {
+    throw UsageError(fmt::format("{}:{}: a key is not a plain word (allowed: KEY: VALUE)", path, line_of(key)));
+  }
+  ConfigEntry entry{key.Scalar(), line_of(key), value.IsSequence(), {}};
+  const std::string where = fmt::format("{}:{}: key {}", path, entry.line, entry.key);
+  if (value.IsMap()) throw UsageError(where + ": holds keys of its own (allowed: a value or a list)");
+  if (!entry.list) {
+    entry.values.push_back(scalar_of(value, where));
+    return entry;
+  }
+  for (const auto& item : value) {
+    if (item.IsMap() || item.IsSequence()) throw UsageError(where + ": the list holds more than plain values");
+    entry.values.push_back(scalar_of(item, where));
+  }
+  if (entry.values.empty()) throw UsageError(where + ": the list is empty");
+  return entry;
+}
+
+/// A path of the configuration as seen from where the program runs.
+std::string from_folder_of(const std::string& config_path, const std::string& value) {
+  if (value == "-" || value.empty()) return value;
+  const std::filesystem::path path(value);
+  if (path.is_absolute()) return value;
+  return (std::filesystem::path(config_path).parent_path() / path).string();
+}
+
+}  // namespace
+
+Config load_config(const std::string& path) {
+  const std::string text = read_text(path);
+  check_nesting(path, text);
+  Config config{path, {}};
+  try {
+    const auto documents = YAML::LoadAll(text);
+    if (documents.size() > 1) throw UsageError(path + ": holds more than one YAML document (allowed: one)");
+    if (documents.empty() || documents[0].IsNull()) return config;
+    const YAML::Node& root = documents[0];
+    if (!root.IsMap()) {
+      throw UsageError(fmt::format("{}:{}: is not a list of keys (allowed: KEY: VALUE)", path, line_of(root)));
+    }
+    std::map<std::string, int> lines;
+    for (const auto& pair : root) {
+      ConfigEntry entry = entry_of(path, pair.first, pair.second);
+      const auto [earlier, fresh] = lines.emplace(entry.key, entry.line);
+      if (!fresh) {
+        throw UsageError(fmt::format("{}:{}: key {}: stands in line {} already (allowed: once)", path, entry.line,
+                                     entry.key, earlier->second));
+      }
+      config.entries.push_back(std::move(entry));
+    }
+  } catch (const YAML::Exception& error) {
+    throw UsageError(fmt::format("{}:{}: is not YAML: {}", path, error.mark.line + 1, error.msg));
+  }
+  return config;
+}
+
+void apply_config(const Config& config, const std::vector<Setting>& settings) {
+  std::vector<std::string> known;
+  for (const auto& setting : settings) known.push_back(key_of(setting));
+  const auto has_key = [&](const std::string& name) {
+    return std::any_of(config.entries.begin(), config.entries.end(), [&](const ConfigEntry& entry) {
+      return std::any_of(settings.begin(), settings.end(),
+                         [&](const Setting& setting) { return setting.name == name && key_of(setting) == entry.key; });
+    });
+  };
+  for (const auto& entry : config.entries) {
+    const std::string where = fmt::format("{}:{}: key {}", config.path, entry.line, entry.key);
+    const auto setting = std::find_if(settings.begin(), settings.end(),
+                                      [&](const Setting& candidate) { return key_of(candidate) == entry.key; });
+    if (setting == settings.end()) {
+      std::string allowed;
+      for (const auto& name : known) allowed += (allowed.empty() ? "" : ", ") + name;
+      throw UsageError(where + " is not known" + did_you_mean(entry.key, known) + " (allowed: " + allowed + ")");
+    }
+    for (const auto& other : setting->excludes) {
+      if (has_key(other)) throw UsageError(where + ": cannot be given together with " + other);
+    }
+    std::vector<std::string> values = entry.values;
+    if (entry.list && !setting->repeatable) {
+      if (setting->separator == '\0')
+        throw UsageError(where + ": is a list (allowed: one value, " + setting->value + ")");
+      std::string joined;
+      for (const auto& value : values) joined += (joined.empty() ? "" : std::string(1, setting->separator)) + value;
+      values.assign(1, joined);
+    }
+    if (setting->path) {
+      for (auto& value : values) value = from_folder_of(config.path, value);
+    }
+    try {
+      setting->set(values);
+    } catch (const ValueError& error) {
+      throw UsageError(where + ": " + error.what());
+    }
+  }
+}
+
+}  // namespace vsfind

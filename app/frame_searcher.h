@@ -1,0 +1,70 @@
+#pragma once
+/// @file
+/// The search stage: one frame in, what was found in it (or in its fields) out.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "acquisition/frame.h"
+#include "app/run_options.h"
+#include "finder/search.h"
+
+namespace vsfind {
+
+/// 8-bit pixels of a picture, kept for the overlay after the source's buffer went back.
+struct GreyPicture {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint8_t> pixels;  ///< row by row, without gaps
+};
+[[nodiscard]] GreyPicture grey_picture(const ImageView& image);
+
+/// One search: of a whole frame or of a field.
+struct PictureResult {
+  Field field = Field::frame;
+  double search_ms = 0.0;
+  std::vector<PatternMatches> patterns;  ///< one per pattern
+  GreyPicture grey;                      ///< of the picture that was searched; empty unless asked for
+};
+
+/// What became of one frame.
+struct FrameResult {
+  std::string source;            ///< as in the rows
+  std::size_t source_index = 0;  ///< of several sources searched at once
+  FrameInfo info;
+  std::vector<PictureResult> pictures;  ///< in the order of exposure; none for a bad frame
+};
+
+/// Which pictures of a frame are searched, in the order of exposure. A frame that is a single field itself is searched
+/// as such, unless the other field is asked for.
+[[nodiscard]] std::vector<Field> searched_fields(FieldMode mode, const FrameInfo& info);
+
+/// Throws UsageError where the region to search lies outside a picture of that size.
+void check_region(const SearchOptions& options, int width, int height, const std::string& source);
+
+class FrameSearcher {
+ public:
+  /// `frame_mapping` takes pixels of a whole frame to the plane. Throws UsageError as Finder does.
+  FrameSearcher(std::vector<std::shared_ptr<const Pattern>> patterns, const RunOptions& options,
+                const Mapping& frame_mapping);
+
+  /// Searches every picture of the frame; a bad frame is never searched.
+  [[nodiscard]] FrameResult search(const std::string& source, const FrameInfo& info, const ImageView& image);
+
+  void set_mapping(const Mapping& frame_mapping) { mapping_ = frame_mapping; }
+  [[nodiscard]] const Mapping& mapping() const { return mapping_; }
+  [[nodiscard]] const std::vector<std::shared_ptr<const Pattern>>& patterns() const { return finder_.patterns(); }
+
+ private:
+  Finder finder_;
+  Mapping mapping_;
+  FieldMode mode_;
+  bool keep_pictures_;
+};
+
+/// Loads the model files. Throws as load_model does; warns of two patterns of the same name.
+[[nodiscard]] std::vector<std::shared_ptr<const Pattern>> load_models(const std::vector<std::string>& paths);
+
+}  // namespace vsfind

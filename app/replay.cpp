@@ -1,0 +1,89 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "acquisition/errors.h"
+#include "acquisition/source.h"
+#include "app/command.h"
+#include "app/config.h"
+#include "app/frame_searcher.h"
+#include "app/pipeline.h"
+#include "app/program.h"
+#include "app/result_output.h"
+#include "app/run_options.h"
+#include "app/source_mapping.h"
+
+namespace vsfind {
+namespace {
+
+struct ReplayRequest {
+  std::string source;
+  std::string config;
+  RunOptions options;
+};
+
+std::vector<Setting> replay_settings(ReplayRequest& request) {
+  ReplayRequest* const r = &request;
+  Setting source{"source", "SEQUENCE", "Recording (.y4m), or folder of images in name order",
+                 [r](const std::vector<std::string>& v) { r->source = parse_path(v[0]); }};
+  source.positional = true;
+  source.path = true;
+  std::vector<Setting> settings{source};
+  for (auto& setting : run_settings(request.options,
+                                    "What is searched of every frame: frame: all lines; top, bottom: that field only; "
+                                    "split: both fields, the earlier one first, a row each. Frames recorded as single "
+                                    "fields are searched as such (default frame)")) {
+    settings.push_back(std::move(setting));
+  }
+  return settings;
+}
+
+int run_replay(ReplayRequest& request) {
+  RunOptions& options = request.options;
+  if (request.source.empty()) throw UsageError("replay: a SEQUENCE is needed, here or as source in the configuration");
+  complete_run_options(options);
+  const auto patterns = load_models(options.models);
+  const auto source = open_sequence(request.source);
+  check_region(options.search, source->info().width, source->info().height, request.source);
+  FrameSearcher searcher(patterns, options, mapping_for(source->info(), options.pixel_aspect));
+  ResultOutput output(options, patterns, source->info().frames);
+  const std::exception_ptr error = run_pipeline(*source, searcher, output);
+  output.clear_progress();
+  const int code = error ? report_error(error) : exit_done;
+  output.finish();
+  return code;
+}
+
+std::function<int()> declare_replay(CLI::App& app) {
+  struct State {
+    ReplayRequest request;
+    Settings settings{replay_settings(request)};
+  };
+  auto state = std::make_shared<State>();
+  state->settings.declare(app);
+  app.add_option("--config", state->request.config,
+                 "Take settings from a YAML file: an option's name with _ for -, and source; its paths are relative to "
+                 "its folder; the command line goes before it")
+      ->type_name("FILE");
+  return [state] {
+    if (!state->request.config.empty()) apply_config(load_config(state->request.config), state->settings.all());
+    state->settings.apply_command_line();
+    return run_replay(state->request);
+  };
+}
+
+}  // namespace
+
+Command replay_command() {
+  return {"replay", "Find trained patterns in every frame of a recording",
+          "Rows: source is the sequence's path, frame the source's own counter (a gap is a lost frame); instance\n"
+          "counts from 0, best first; a frame that is damaged gives a row bad_frame per model. x, y are calibrated\n"
+          "coordinates (pixels, x times the pixel aspect), image_x, image_y frame pixels, angles degrees from +x\n"
+          "toward +y, times milliseconds. SIGINT and SIGTERM finish the frame in hand.\n"
+          "Example: vsfind replay line.y4m --model part.vsm --field split --csv rows.csv --overlay pictures",
+          declare_replay};
+}
+
+}  // namespace vsfind

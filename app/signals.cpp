@@ -1,0 +1,69 @@
+#include "app/signals.h"
+
+#include <poll.h>
+#include <pthread.h>
+#include <sys/eventfd.h>
+#include <sys/signalfd.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <csignal>
+#include <cstdint>
+#include <cstring>
+
+#include "acquisition/errors.h"
+
+namespace vsfind {
+
+struct SignalWatcher::State {
+  std::function<void()> on_signal;
+  sigset_t before{};
+  int signals = -1;
+  int end = -1;
+
+  ~State() {
+    if (signals >= 0) ::close(signals);
+    if (end >= 0) ::close(end);
+    ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
+  }
+
+  void watch() {
+    bool called = false;
+    for (;;) {
+      std::array<pollfd, 2> waited{pollfd{signals, POLLIN, 0}, pollfd{end, POLLIN, 0}};
+      if (::poll(waited.data(), waited.size(), -1) < 0 && errno != EINTR) return;
+      if ((waited[1].revents & POLLIN) != 0) return;
+      if ((waited[0].revents & POLLIN) == 0) continue;
+      signalfd_siginfo info{};
+      if (::read(signals, &info, sizeof info) != sizeof info) continue;
+      constexpr int killed_by = 128;  // a shell's exit code for a process that a signal ended
+      if (called) ::_exit(killed_by + static_cast<int>(info.ssi_signo));
+      called = true;
+      on_signal();
+    }
+  }
+};
+
+SignalWatcher::SignalWatcher(std::function<void()> on_signal) : state_(std::make_unique<State>()) {
+  state_->on_signal = std::move(on_signal);
+  sigset_t wanted;
+  sigemptyset(&wanted);
+  sigaddset(&wanted, SIGINT);
+  sigaddset(&wanted, SIGTERM);
+  ::pthread_sigmask(SIG_BLOCK, &wanted, &state_->before);
+  state_->signals = ::signalfd(-1, &wanted, SFD_CLOEXEC);
+  state_->end = ::eventfd(0, EFD_CLOEXEC);
+  if (state_->signals < 0 || state_->end < 0) {
+    throw IoError(std::string("signals cannot be watched: ") + std::strerror(errno));
+  }
+  thread_ = std::thread([state = state_.get()] { state->watch(); });
+}
+
+SignalWatcher::~SignalWatcher() {
+  const std::uint64_t one = 1;
+  [[maybe_unused]] const ssize_t written = ::write(state_->end, &one, sizeof one);
+  thread_.join();
+}
+
+}  // namespace vsfind
