@@ -1,6 +1,8 @@
 # The last lines of configuring: what is built, and what is left out and why.
 block()
-set(built "libraries acquisition calibration finder" "program vsfind")
+get_property(libraries GLOBAL PROPERTY VSFIND_LIBRARIES)
+list(JOIN libraries " " libraries)
+set(built "libraries ${libraries}" "program vsfind")
 set(left_out "")
 macro(vsfind_part name is_there why_not)
   if(${is_there})
