@@ -21,4 +21,8 @@ namespace vsfind {
                                                           const Freedom& freedom, std::size_t count, double spacing,
                                                           bool spread);
 
+/// Chooses up to `count` points whose values lie far from the middle and little change around them, bright and dark by
+/// turns, spread over the pattern.
+[[nodiscard]] std::vector<std::size_t> choose_contrast(const std::vector<PatternPoint>& candidates, std::size_t count);
+
 }  // namespace vsfind

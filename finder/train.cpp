@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -139,6 +141,7 @@ PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) 
     PatternPoint p;
     p.x = lattice[k].x();
     p.y = lattice[k].y();
+    p.value = static_cast<float>((value[4 * k] + value[4 * k + 1] + value[4 * k + 2] + value[4 * k + 3]) / 4.0);
     p.gradient_x = static_cast<float>((value[4 * k + 1] - value[4 * k]) / 2.0);
     p.gradient_y = static_cast<float>((value[4 * k + 3] - value[4 * k + 2]) / 2.0);
     candidates.push_back(p);
@@ -146,8 +149,13 @@ PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) 
   // 13 points per step of accuracy: 30 gives the 400 points that reach the bound of all pixels.
   const auto count = static_cast<std::size_t>(std::lround(10.0 + 13.0 * options.accuracy));
   constexpr double spacing = 2.0;  // nearer ones read the same pixels and tell nothing new
-  PointSet set{0, PointUse::refine,
-               pick(candidates, choose_informative(candidates, freedom_of(options), count, spacing, options.spread))};
+  std::vector<std::size_t> chosen =
+      choose_informative(candidates, freedom_of(options), count, spacing, options.spread);
+  // Points on edges all have the same middling value: they leave gain and offset open. A tenth more, bright and dark by
+  // turns and spread over the pattern, settle them.
+  const std::vector<std::size_t> anchors = choose_contrast(candidates, chosen.size() / 10 + 6);
+  chosen.insert(chosen.end(), anchors.begin(), anchors.end());
+  PointSet set{0, PointUse::refine, pick(candidates, chosen)};
   std::erase_if(set.points, [&](PatternPoint& p) { return !read_fine(scene, reader, p); });
   return set;
 }

@@ -1,5 +1,6 @@
 #include "finder/training_scene.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
