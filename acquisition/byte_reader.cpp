@@ -19,7 +19,7 @@ namespace vsfind {
 namespace {
 
 [[noreturn]] void fail(const std::string& path, const char* what, int error) {
-  throw IoError(fmt::format("{}: {}: {}", path, what, std::generic_category().message(error)));
+  throw IoError(fmt::format("{}: {}: {}", path.empty() ? "''" : path, what, std::generic_category().message(error)));
 }
 
 }  // namespace

@@ -11,26 +11,32 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "acquisition/byte_reader.h"
 #include "acquisition/errors.h"
 #include "acquisition/image_probe.h"
+#include "acquisition/jpeg_luma.h"
 
 namespace vsfind {
 namespace {
 
+// Of a pipe or a device, whose end is not known, less is taken before it is given up.
 constexpr std::size_t max_file_bytes = std::size_t{1} << 31U;
+constexpr std::size_t max_stream_bytes = std::size_t{1} << 28U;
 
 /// The whole file, read in steps so that a device or pipe without end is noticed.
 std::vector<std::byte> read_file(const std::string& path) {
   ByteReader reader(path);
   std::vector<std::byte> bytes;
-  std::size_t step = std::max<std::size_t>(static_cast<std::size_t>(reader.remaining().value_or(0)), 1) + 4095;
+  const std::optional<std::uint64_t> size = reader.remaining();
+  const std::size_t limit = size ? max_file_bytes : max_stream_bytes;
+  std::size_t step = static_cast<std::size_t>(size.value_or(0)) + 4096;
   for (;;) {
-    if (bytes.size() + step > max_file_bytes)
-      throw IoError(fmt::format("{}: is too large for an image: at most {} bytes are allowed", path, max_file_bytes));
+    if (bytes.size() + step > limit)
+      throw IoError(fmt::format("{}: is too large for an image: at most {} bytes are allowed", path, limit));
     const std::size_t before = bytes.size();
     bytes.resize(before + step);
     const std::size_t count = reader.read(bytes.data() + before, step);
@@ -41,12 +47,9 @@ std::vector<std::byte> read_file(const std::string& path) {
 }
 
 /// Mono, 8 or 16 bits. Throws cv::Exception, or IoError without a file name.
-cv::Mat decode(const std::vector<std::byte>& bytes, ImageFormat format) {
+cv::Mat decode(const std::vector<std::byte>& bytes) {
   const cv::Mat input(1, static_cast<int>(bytes.size()), CV_8U, const_cast<std::byte*>(bytes.data()));
-  // JPEG is stored as luma and chroma: its luma need not go through red, green and blue.
-  const int flags =
-      format == ImageFormat::jpeg ? cv::IMREAD_GRAYSCALE | cv::IMREAD_IGNORE_ORIENTATION : cv::IMREAD_UNCHANGED;
-  cv::Mat decoded = cv::imdecode(input, flags);
+  cv::Mat decoded = cv::imdecode(input, cv::IMREAD_UNCHANGED);
   if (decoded.empty()) throw IoError("is damaged: it cannot be decoded");
   if (decoded.depth() != CV_8U && decoded.depth() != CV_16U)
     throw IoError("has pixels of neither 8 nor 16 bits: no others are allowed");
@@ -62,12 +65,20 @@ cv::Mat decode(const std::vector<std::byte>& bytes, ImageFormat format) {
   return luma;
 }
 
+cv::Mat decode(const std::vector<std::byte>& bytes, const ImageProbe& probe) {
+  if (probe.format == ImageFormat::png) return decode(png_pixels_only(bytes));
+  if (probe.format != ImageFormat::jpeg) return decode(bytes);
+  cv::Mat luma(static_cast<int>(probe.height), static_cast<int>(probe.width), CV_8U);
+  decode_jpeg_luma(bytes, luma.data, luma.cols, luma.rows);
+  return luma;
+}
+
 Image decode_checked(const std::vector<std::byte>& bytes) {
   const ImageProbe probe = probe_image(bytes);
   if (probe.width > image_max_side || probe.height > image_max_side || probe.width * probe.height > image_max_pixels)
     throw IoError(fmt::format("has {}x{} pixels: allowed are {} either way and {} together", probe.width, probe.height,
                               image_max_side, image_max_pixels));
-  const auto mat = std::make_shared<const cv::Mat>(decode(bytes, probe.format));
+  const auto mat = std::make_shared<const cv::Mat>(decode(bytes, probe));
   ImageView view;
   view.data = reinterpret_cast<const std::byte*>(mat->data);
   view.width = mat->cols;
@@ -101,13 +112,11 @@ Image load_image(const std::string& path) {
 
 bool has_image_ending(std::string_view name) {
   const std::size_t dot = name.rfind('.');
-  if (dot == std::string_view::npos) return false;
+  if (dot == std::string_view::npos || name.find(' ', dot) != std::string_view::npos) return false;
   std::string ending(name.substr(dot));
   std::transform(ending.begin(), ending.end(), ending.begin(),
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  const std::string_view all = image_endings;
-  const std::size_t at = (std::string(all) + ' ').find(ending + ' ');
-  return at != std::string::npos;
+  return (std::string(image_endings) + ' ').find(ending + ' ') != std::string::npos;
 }
 
 }  // namespace vsfind

@@ -37,26 +37,27 @@ std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
+constexpr std::ptrdiff_t png_signature = 8;
+constexpr std::uint64_t png_chunk_overhead = 12;  // length, type, check sum
+
 /// Every chunk whole with its check sum right, from IHDR to IEND.
 ImageProbe probe_png(std::span<const std::byte> bytes) {
   const Bytes file(bytes, false);
   ImageProbe probe{ImageFormat::png};
-  constexpr std::uint64_t signature = 8;
-  constexpr std::uint64_t overhead = 12;  // length, type, check sum
-  for (std::uint64_t at = signature;;) {
+  for (std::uint64_t at = png_signature;;) {
     const std::uint64_t length = file.number(at, 4);
-    if (at + overhead + length > file.size()) throw IoError("is cut off");
+    if (at + png_chunk_overhead + length > file.size()) throw IoError("is cut off");
     const std::string_view type = text_of(bytes.subspan(at + 4, 4));
     const auto* checked = reinterpret_cast<const Bytef*>(bytes.data() + at + 4);
     if (crc32_z(crc32_z(0, nullptr, 0), checked, length + 4) != file.number(at + 8 + length, 4))
       throw IoError(fmt::format("is damaged: wrong check sum at byte {}", at));
-    if (at == signature) {
+    if (at == png_signature) {
       if (type != "IHDR" || length != 13) throw IoError("is damaged: the PNG header is missing");
       probe.width = static_cast<std::int64_t>(file.number(at + 8, 4));
       probe.height = static_cast<std::int64_t>(file.number(at + 12, 4));
     }
     if (type == "IEND") return probe;
-    at += overhead + length;
+    at += png_chunk_overhead + length;
   }
 }
 
@@ -99,6 +100,7 @@ ImageProbe probe_bmp(std::span<const std::byte> bytes) {
     bits = file.number(28, 2);
     compression = file.number(30, 4);
   }
+  if (compression > 3) throw IoError(fmt::format("is a BMP of compression {}: allowed are 0 to 3", compression));
   const bool packed = compression == 1 || compression == 2;
   if (probe.width < 1 || packed) return probe;
   const std::uint64_t row = (static_cast<std::uint64_t>(probe.width) * bits + 31) / 32 * 4;
@@ -118,15 +120,18 @@ ImageProbe probe_tiff(std::span<const std::byte> bytes) {
   const std::uint64_t entry_size = big ? 20 : 12;
   ImageProbe probe{ImageFormat::tiff};
   if (entries > 65535) throw IoError("is damaged: the TIFF directory is too long");
+  bool photometric = false;  // must be there, else the decoder prints lines of its own
   for (std::uint64_t i = 0; i < entries; ++i) {
     const std::uint64_t at = directory + (big ? 8 : 2) + i * entry_size;
     const std::uint64_t tag = file.number(at, 2);
     const std::uint64_t type = file.number(at + 2, 2);
     const unsigned size = type == 3 ? 2 : type == 16 ? 8 : 4;
+    photometric = photometric || (tag == 262 && type == 3 && file.number(at + 4, word) == 1);
     if (tag != 256 && tag != 257) continue;
     const auto side = static_cast<std::int64_t>(file.number(at + 4 + word, size));
     (tag == 256 ? probe.width : probe.height) = side;
   }
+  if (!photometric) throw IoError("is damaged: the TIFF directory tells no photometric interpretation");
   return probe;
 }
 
@@ -208,6 +213,22 @@ ImageProbe probe_image(std::span<const std::byte> bytes) {
   if (probe.width < 1 || probe.height < 1)
     throw IoError(fmt::format("is damaged: its size is {}x{} pixels", probe.width, probe.height));
   return probe;
+}
+
+std::vector<std::byte> png_pixels_only(std::span<const std::byte> png) {
+  const Bytes file(png, false);
+  std::vector<std::byte> kept(png.begin(), png.begin() + png_signature);
+  kept.reserve(png.size());
+  for (std::uint64_t at = png_signature; at < png.size();) {
+    const std::uint64_t size = png_chunk_overhead + file.number(at, 4);
+    const std::string_view type = text_of(png.subspan(at + 4, 4));
+    const bool critical = type[0] >= 'A' && type[0] <= 'Z';
+    const std::span<const std::byte> chunk = png.subspan(at, size);
+    if (critical || type == "tRNS") kept.insert(kept.end(), chunk.begin(), chunk.end());
+    if (type == "IEND") break;
+    at += size;
+  }
+  return kept;
 }
 
 }  // namespace vsfind

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 namespace vsfind {
 
@@ -21,5 +22,9 @@ struct ImageProbe {
 /// Pure function over hostile bytes. Throws IoError with the complaint alone (no file name) where they are none of
 /// these formats, are cut off, or fail the format's own check sums.
 [[nodiscard]] ImageProbe probe_image(std::span<const std::byte> bytes);
+
+/// A PNG that probe_image() took, without the chunks that do not change its pixels: colour profiles and the like, about
+/// which the decoder would print warnings.
+[[nodiscard]] std::vector<std::byte> png_pixels_only(std::span<const std::byte> png);
 
 }  // namespace vsfind

@@ -69,6 +69,7 @@ struct RecordingWriter::State {
         const int error = errno;
         // Best effort: a device or a pipe cannot be shortened.
         [[maybe_unused]] const int shortened = ::ftruncate(file.get(), static_cast<off_t>(bytes));
+        ::lseek(file.get(), static_cast<off_t>(bytes), SEEK_SET);
         fail(path, data == nullptr ? "the header cannot be written" : fmt::format("frame {} cannot be written", frames),
              error);
       }
