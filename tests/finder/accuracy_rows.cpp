@@ -28,7 +28,8 @@ Row translation(const Settings& settings, int accuracy, std::size_t& points) {
       if (set.use == PointUse::refine) points = std::max(points, set.points.size());
     }
     Finder finder = finder_for(trained, {});
-    Row one = row;
+    Row one;
+    one.name = row.name;
     for (int i = 0; i < steps; ++i) {
       render::Sensor sensor;
       sensor.seed = settings.seed * 7001 + static_cast<std::uint64_t>(100 * repeat + i);
@@ -59,7 +60,8 @@ Row rotation(const Settings& settings, int accuracy) {
     training.seed = settings.seed + static_cast<std::uint64_t>(repeat);
     const Trained trained = train_on(training);
     Finder finder = finder_for(trained, {});
-    Row one = row;
+    Row one;
+    one.name = row.name;
     for (int i = 0; i < steps; ++i) {
       render::Sensor sensor;
       sensor.seed = settings.seed * 9001 + static_cast<std::uint64_t>(100 * repeat + i);
