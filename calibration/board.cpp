@@ -173,12 +173,15 @@ std::optional<BoardView> find_board(const ImageView& image, Field field, const B
   if (grid.points.empty()) return std::nullopt;
   turn_upright(grid.points, spec);
   const Measured measured = measure(image, field, spec, grid);
+  // A corner that cannot be fitted lies at the image border or under a reflection, and the detector's place for it is not to
+  // be trusted either. Only where squares are too small to fit any, all keep the detector's places.
+  const auto fitted = static_cast<std::size_t>(std::count(measured.good.begin(), measured.good.end(), true));
+  const bool too_small = spec.kind == BoardKind::chessboard && 2 * fitted < measured.points.size();
   BoardView view;
   view.name = name;
   for (std::size_t i = 0; i < measured.points.size(); ++i) {
     const GridPoint& p = measured.points[i];
-    // A corner that could not be fitted keeps the detector's place, unless the marker next to it may have misled that.
-    if (!measured.good[i] && spec.kind != BoardKind::chessboard) continue;
+    if (!measured.good[i] && !too_small) continue;
     view.frame.push_back(p.frame);
     view.board.emplace_back(p.column * spec.pitch, p.row * spec.pitch);
     if (spec.kind == BoardKind::circles) view.disc_area.push_back(measured.areas[i]);

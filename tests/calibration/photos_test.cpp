@@ -49,9 +49,12 @@ TEST_P(Photos, FitAsWellAsOpenCvsOwnCalibration) {
   const Solution solution = solve_views(views, options_640());
   const PinholeCamera& c = solution.calibration.lens->camera();
   const LensUncertainty& u = *solution.uncertainty;
-  std::printf("%s: rms %.4f px, worst %.3f, covered %.0f%%, fx %.2f +- %.2f fy %.2f +- %.2f cx %.2f +- %.2f cy %.2f +- %.2f\n", GetParam(),
-              solution.calibration.residuals.rms, solution.calibration.residuals.worst, 100.0 * solution.covered, c.fx, u.fx, c.fy, u.fy, c.cx, u.cx, c.cy, u.cy);
-  for (const auto& view : solution.calibration.residuals.views) std::printf("  %s %.3f %.3f\n", view.name.c_str(), view.rms, view.worst);
+  std::printf(
+      "%s: rms %.4f px, worst %.3f, covered %.0f%%, fx %.2f +- %.2f fy %.2f +- %.2f cx %.2f +- %.2f cy %.2f +- %.2f\n",
+      GetParam(), solution.calibration.residuals.rms, solution.calibration.residuals.worst, 100.0 * solution.covered,
+      c.fx, u.fx, c.fy, u.fy, c.cx, u.cx, c.cy, u.cy);
+  for (const auto& view : solution.calibration.residuals.views)
+    std::printf("  %s %.3f %.3f\n", view.name.c_str(), view.rms, view.worst);
   for (const auto& w : solution.warnings) std::printf("  %s\n", w.c_str());
   EXPECT_LE(solution.calibration.residuals.rms, 0.20);
 }
