@@ -50,33 +50,31 @@ int run_find(FindRequest& request) {
   RunOptions& options = request.options;
   if (request.images.empty()) throw UsageError("find: an IMAGE is needed; see vsfind find --help");
   complete_run_options(options);
-  Mapping mapping;
-  if (options.pixel_aspect) mapping = Mapping::from_pixel_aspect(options.pixel_aspect->value);
-  FrameSearcher searcher(load_models(options.models), options, mapping);
+  FrameSearcher searcher(load_models(options.models), options, mapping_for("find", {}, options.mapping));
 
-  // An image that cannot be read costs its own rows only; the first failure decides the exit code.
+  // An image that cannot be read or searched costs its own rows only; the first failure decides the exit code.
   std::unique_ptr<ResultOutput> output;
   int code = exit_done;
   for (std::size_t i = 0; i < request.images.size(); ++i) {
     const std::string& path = request.images[i];
-    Image image;
     FrameInfo info = info_of_image(options.field, i);
+    std::optional<FrameResult> result;
     try {
-      image = load_image(path);
+      const Image image = load_image(path);
       info.arrival_ns = monotonic_ns();
-      check_region(options.search, image.view().width, image.view().height * line_step(info.field), path);
+      result = searcher.search(path, info, image.view());
     } catch (const std::exception&) {
       if (output) output->clear_progress();
       const int failed = report_error(std::current_exception());
       if (code == exit_done) code = failed;
       continue;
     }
-    // Only now, so that a mistyped name of an image does not empty the rows of an earlier run.
-    if (!output) output = std::make_unique<ResultOutput>(options, searcher.patterns(), request.images.size());
     try {
-      output->put(searcher.search(path, info, image.view()), mapping);
-    } catch (...) {
-      output->clear_progress();
+      // Only now, so that a mistyped name of an image does not empty the rows of an earlier run.
+      if (!output) output = std::make_unique<ResultOutput>(options, searcher.patterns(), request.images.size());
+      output->put(*result, searcher.mapping());
+    } catch (const std::exception&) {
+      if (output) output->clear_progress();
       code = report_error(std::current_exception());
       break;
     }

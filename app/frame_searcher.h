@@ -46,20 +46,20 @@ void check_region(const SearchOptions& options, int width, int height, const std
 
 class FrameSearcher {
  public:
-  /// `frame_mapping` takes pixels of a whole frame to the plane. Throws UsageError as Finder does.
-  FrameSearcher(std::vector<std::shared_ptr<const Pattern>> patterns, const RunOptions& options,
-                const Mapping& frame_mapping);
+  /// Throws UsageError as Finder does, and where pattern and mapping do not have the same unit.
+  FrameSearcher(std::vector<std::shared_ptr<const Pattern>> patterns, const RunOptions& options, SourceMapping mapping);
 
-  /// Searches every picture of the frame; a bad frame is never searched.
+  /// Searches every picture of the frame; a bad frame is never searched. Throws UsageError where the calibration or the
+  /// region to search is for frames of another size.
   [[nodiscard]] FrameResult search(const std::string& source, const FrameInfo& info, const ImageView& image);
 
-  void set_mapping(const Mapping& frame_mapping) { mapping_ = frame_mapping; }
-  [[nodiscard]] const Mapping& mapping() const { return mapping_; }
+  [[nodiscard]] const SourceMapping& mapping() const { return mapping_; }
   [[nodiscard]] const std::vector<std::shared_ptr<const Pattern>>& patterns() const { return finder_.patterns(); }
 
  private:
   Finder finder_;
-  Mapping mapping_;
+  SourceMapping mapping_;
+  SearchOptions search_;
   FieldMode mode_;
   bool keep_pictures_;
 };

@@ -15,6 +15,7 @@
 #include "app/log.h"
 #include "app/nearest.h"
 #include "app/output_file.h"
+#include "app/settings.h"
 #include "app/version.h"
 
 namespace vsfind {
@@ -56,8 +57,9 @@ void check_option_names(const CLI::App& app, const std::vector<std::string>& arg
     if (argument.size() < 2 || argument[0] != '-' || looks_like_a_number(argument)) continue;
     const std::string name = argument[1] == '-' ? argument.substr(0, argument.find('=')) : argument.substr(0, 2);
     if (std::find(known.begin(), known.end(), name) == known.end()) {
-      throw UsageError("unknown option " + name + did_you_mean(name, known) + "; see vsfind " + app.get_name() +
-                       " --help");
+      const bool letter = name.size() == 2;  // any letter is close to any other
+      throw UsageError("unknown option " + name + (letter ? std::string{} : did_you_mean(name, known)) + "; see " +
+                       (app.get_parent() == nullptr ? "" : "vsfind ") + app.get_name() + " --help");
     }
   }
 }
@@ -88,6 +90,7 @@ int run(std::vector<std::string> arguments) {
   app.set_help_flag("-h,--help", "Print this help");
   app.set_version_flag("--version", std::string("vsfind ") + version_text);
   app.require_subcommand(1, 1);
+  app.get_formatter()->column_width(help_name_width);
   app.footer(
       "vsfind COMMAND --help shows a command's options.\n"
       "Exit codes: 0 done (found or not), 2 bad usage, model, calibration or configuration, 3 input or output "
@@ -122,8 +125,7 @@ int run(std::vector<std::string> arguments) {
     OutputFile("-").write_line(version.what());
     return exit_done;
   } catch (const CLI::CallForHelp&) {
-    const auto chosen = app.get_subcommands();
-    OutputFile("-").write_line(chosen.empty() ? app.help() : chosen.front()->help());
+    OutputFile("-").write(app.help());  // of the command, where one was named
     return exit_done;
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());

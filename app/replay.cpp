@@ -47,7 +47,7 @@ int run_replay(ReplayRequest& request) {
   const auto patterns = load_models(options.models);
   const auto source = open_sequence(request.source);
   check_region(options.search, source->info().width, source->info().height, request.source);
-  FrameSearcher searcher(patterns, options, mapping_for(source->info(), options.pixel_aspect));
+  FrameSearcher searcher(patterns, options, mapping_for(request.source, source->info().pixel_aspect, options.mapping));
   ResultOutput output(options, patterns, source->info().frames);
   const std::exception_ptr error = run_pipeline(*source, searcher, output);
   output.clear_progress();
@@ -64,8 +64,8 @@ std::function<int()> declare_replay(CLI::App& app) {
   auto state = std::make_shared<State>();
   state->settings.declare(app);
   app.add_option("--config", state->request.config,
-                 "Take settings from a YAML file: an option's name with _ for -, and source; its paths are relative to "
-                 "its folder; the command line goes before it")
+                 "Take settings from a YAML file: options' names with _ for -, and source; its paths are\n"
+                 "relative to its folder; what the command line says goes before it")
       ->type_name("FILE");
   return [state] {
     if (!state->request.config.empty()) apply_config(load_config(state->request.config), state->settings.all());

@@ -23,7 +23,7 @@ ResultOutput::ResultOutput(const RunOptions& options, std::vector<std::shared_pt
   if (!options.jsonl.empty()) writers_.push_back(std::make_unique<JsonlWriter>(options.jsonl));
 }
 
-void ResultOutput::put(const FrameResult& result, const Mapping& frame_mapping) {
+void ResultOutput::put(const FrameResult& result, const SourceMapping& mapping) {
   constexpr double ms_per_ns = 1e-6;
   const auto write = [this](const ResultRow& row) {
     for (const auto& writer : writers_) writer->write(row);
@@ -32,7 +32,7 @@ void ResultOutput::put(const FrameResult& result, const Mapping& frame_mapping) 
   row.source = result.source;
   row.frame = result.info.sequence;
   row.timestamp_ns = result.info.timestamp_ns;
-  row.unit = "px";
+  row.unit = mapping.unit;
   row.latency_ms = static_cast<double>(monotonic_ns() - result.info.arrival_ns) * ms_per_ns;
   if (result.info.status != FrameStatus::good) {
     row.status = RowStatus::bad_frame;
@@ -59,7 +59,7 @@ void ResultOutput::put(const FrameResult& result, const Mapping& frame_mapping) 
     }
   }
   summary_.add(result);
-  if (overlay_) overlay_->write(result, patterns_, frame_mapping);
+  if (overlay_) overlay_->write(result, patterns_, mapping.mapping);
   progress_.update(summary_.frames);
 }
 

@@ -22,9 +22,9 @@ class ResultOutput {
   ResultOutput(const RunOptions& options, std::vector<std::shared_ptr<const Pattern>> patterns,
                std::optional<std::uint64_t> total_frames);
 
-  /// Writes a frame's rows (and pictures, drawn through `frame_mapping`), each row's latency counted to now.
+  /// Writes a frame's rows (and pictures, drawn through `mapping`), each row's latency counted to now.
   /// Throws IoError.
-  void put(const FrameResult& result, const Mapping& frame_mapping);
+  void put(const FrameResult& result, const SourceMapping& mapping);
 
   /// Takes the progress bar away before another line on stderr.
   void clear_progress() { progress_.clear(); }

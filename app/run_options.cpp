@@ -43,11 +43,20 @@ std::vector<Setting> run_settings(RunOptions& options, const std::string& field_
   add("scale-y", "MIN:MAX", "Scales searched along the pattern's y, within those trained for", [o](Values v) {
     o->search.scale_y = parse_range(v[0], 0.5, 2.0, "");
   }).separator = ':';
-  add("pixel-aspect", "W:H",
-      "Pixel width to height of a whole frame; also pal (59:54) or ntsc (10:11) (default: what the recording says, "
-      "else 1:1)",
-      [o](Values v) { o->pixel_aspect = parse_pixel_aspect(v[0]); })
-      .separator = ':';
+  auto& calibration =
+      add("calibration", "FILE", "Calibration of the camera: x, y are then in its unit, on its plane", [o](Values v) {
+        o->mapping = {parse_path(v[0]), std::nullopt};
+      });
+  calibration.path = true;
+  calibration.excludes = {"pixel-aspect"};
+  auto& aspect = add("pixel-aspect", "W:H",
+                     "Pixel width to height of a whole frame; also pal (59:54) or ntsc (10:11) (default: what the "
+                     "recording says, else 1:1)",
+                     [o](Values v) {
+                       o->mapping = {{}, parse_pixel_aspect(v[0])};
+                     });
+  aspect.separator = ':';
+
   add("field", "frame|top|bottom|split", field_help, [o](Values v) {
     o->field = parse_word<FieldMode>(v[0], {{"frame", FieldMode::frame},
                                             {"top", FieldMode::top},

@@ -2,11 +2,11 @@
 /// @file
 /// What `find`, `replay` and `live` are asked to do: one struct behind the command line and the configuration.
 
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/settings.h"
+#include "app/source_mapping.h"
 #include "app/values.h"
 #include "finder/search.h"
 
@@ -16,10 +16,10 @@ struct RunOptions {
   std::vector<std::string> models;  ///< files
   SearchOptions search;
   FieldMode field = FieldMode::frame;
-  std::optional<PixelAspect> pixel_aspect;  ///< of a whole frame; else what the source says, else 1:1
-  std::string csv;                          ///< file, "-" for stdout, "" for none
-  std::string jsonl;                        ///< the same
-  std::string overlay;                      ///< folder for pictures, "" for none
+  MappingChoice mapping;
+  std::string csv;      ///< file, "-" for stdout, "" for none
+  std::string jsonl;    ///< the same
+  std::string overlay;  ///< folder for pictures, "" for none
 };
 
 /// The settings that fill `options`, which must outlive them. `field_help` says what --field means for the command.

@@ -2,10 +2,36 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <sstream>
 
 #include "acquisition/errors.h"
 
 namespace vsfind {
+
+namespace {
+
+/// Help in lines that fit beside the options' names.
+std::string wrapped(const std::string& help) {
+  std::string text;
+  std::string word;
+  std::size_t column = 0;
+  std::istringstream words(help);
+  while (words >> word) {
+    if (column > 0 && column + 1 + word.size() > help_text_width) {
+      text += '\n';
+      column = 0;
+    }
+    if (column > 0) {
+      text += ' ';
+      ++column;
+    }
+    text += word;
+    column += word.size();
+  }
+  return text;
+}
+
+}  // namespace
 
 std::string key_of(const Setting& setting) {
   std::string key = setting.name;
@@ -19,20 +45,21 @@ void Settings::declare(CLI::App& app) {
     if (setting.positional) {
       // The callback does nothing: values are read from the option once all of the command line is known to parse.
       auto* option = app.add_option(
-          setting.name, [](const CLI::results_t&) { return true; }, setting.help);
-      option->type_name(setting.value);
-      if (setting.repeatable) option->expected(1, CLI::detail::expected_max_vector_size);
+          setting.value, [](const CLI::results_t&) { return true; }, wrapped(setting.help));
+      option->type_name("");
+      if (setting.repeatable) option->expected(-1)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
       options_.push_back(option);
       continue;
     }
     std::string names = "--" + setting.name;
     if (setting.letter != '\0') names = std::string("-") + setting.letter + "," + names;
     if (setting.value.empty()) {
-      options_.push_back(app.add_flag(names, setting.help));
+      const std::string help = wrapped(setting.help);
+      options_.push_back(app.add_flag(names, help));
       continue;
     }
     auto* option = app.add_option(
-        names, [](const CLI::results_t&) { return true; }, setting.help);
+        names, [](const CLI::results_t&) { return true; }, wrapped(setting.help));
     option->type_name(setting.value)->allow_extra_args(false)->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
     options_.push_back(option);
   }

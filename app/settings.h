@@ -48,6 +48,10 @@ class Settings {
   std::vector<CLI::Option*> options_;
 };
 
+/// The help of a command: option names to the left of this column, texts of this width to the right of it.
+inline constexpr std::size_t help_name_width = 32;
+inline constexpr std::size_t help_text_width = 86;
+
 /// The same name as a configuration's key: "min_score".
 [[nodiscard]] std::string key_of(const Setting& setting);
 

@@ -4,25 +4,49 @@
 #include <spdlog/spdlog.h>
 
 #include "acquisition/errors.h"
+#include "calibration/calibration_file.h"
 
 namespace vsfind {
 
-Mapping mapping_for(const SourceInfo& source, const std::optional<PixelAspect>& given) {
-  if (given) {
-    spdlog::info("{}: pixel aspect {} as given", source.name, given->text);
-    return Mapping::from_pixel_aspect(given->value);
+void SourceMapping::check_size(int width, int height, Field field) const {
+  if (calibration) check_fits(*calibration, width, height, field);
+}
+
+SourceMapping mapping_for(const std::string& source, const Ratio& said, const MappingChoice& choice) {
+  SourceMapping chosen;
+  if (!choice.calibration.empty()) {
+    spdlog::info("{}: calibrated by {}", source, choice.calibration);
+    chosen.calibration = load_calibration(choice.calibration);
+    chosen.mapping = mapping_of(*chosen.calibration);
+    chosen.unit = chosen.calibration->unit;
+    return chosen;
   }
-  const Ratio& said = source.pixel_aspect;
+  if (choice.pixel_aspect) {
+    spdlog::info("{}: pixel aspect {} as given", source, choice.pixel_aspect->text);
+    chosen.mapping = Mapping::from_pixel_aspect(choice.pixel_aspect->value);
+    return chosen;
+  }
   if (!said.known()) {
-    spdlog::info("{}: pixel aspect 1:1, as nothing else is said", source.name);
-    return {};
+    spdlog::info("{}: pixel aspect 1:1, as nothing else is said", source);
+    return chosen;
   }
-  spdlog::info("{}: pixel aspect {}:{} as the source says", source.name, said.numerator, said.denominator);
+  spdlog::info("{}: pixel aspect {}:{} as the source says", source, said.numerator, said.denominator);
   try {
-    return Mapping::from_pixel_aspect(said.value());
+    chosen.mapping = Mapping::from_pixel_aspect(said.value());
   } catch (const UsageError& error) {
-    throw IoError(fmt::format("{}: its pixel aspect {}:{} cannot be: {}", source.name, said.numerator, said.denominator,
-                              error.what()));
+    throw IoError(fmt::format("{}: its pixel aspect {}:{} cannot be ({}); --pixel-aspect overrides it", source,
+                              said.numerator, said.denominator, error.what()));
+  }
+  return chosen;
+}
+
+void check_units(const std::vector<std::shared_ptr<const Pattern>>& patterns, const SourceMapping& mapping) {
+  for (const auto& pattern : patterns) {
+    if (pattern->unit == mapping.unit) continue;
+    throw UsageError(
+        fmt::format("the pattern '{}' was trained in {}, and the pictures are in {} (allowed: --calibration "
+                    "with the same unit in training and search, or in neither)",
+                    pattern->name, pattern->unit, mapping.unit));
   }
 }
 

@@ -14,6 +14,7 @@
 #include "app/output_file.h"
 #include "app/program.h"
 #include "app/settings.h"
+#include "app/source_mapping.h"
 #include "finder/model_file.h"
 
 namespace vsfind {
@@ -26,7 +27,7 @@ struct TrainRequest {
   std::vector<std::string> against;
   bool named = false;
   bool roi_given = false;
-  std::optional<PixelAspect> pixel_aspect;
+  MappingChoice mapping;
   Field field = Field::frame;
   TrainOptions options;
 };
@@ -92,8 +93,15 @@ std::vector<Setting> train_settings(TrainRequest& request) {
     r->against.clear();
     for (const auto& value : v) r->against.push_back(parse_path(value));
   }).repeatable = true;
+  add("calibration", "FILE", "Calibration of the camera: the pattern is learnt as it lies on its plane, in its unit",
+      [r](Values v) {
+        r->mapping = {parse_path(v[0]), std::nullopt};
+      })
+      .excludes = {"pixel-aspect"};
   add("pixel-aspect", "W:H", "Pixel width to height of a whole frame; also pal (59:54) or ntsc (10:11) (default 1:1)",
-      [r](Values v) { r->pixel_aspect = parse_pixel_aspect(v[0]); });
+      [r](Values v) {
+        r->mapping = {{}, parse_pixel_aspect(v[0])};
+      });
   add("field", "frame|top|bottom",
       "What the image is: a whole frame, or a single field of half the rows; --roi and --origin count its own rows "
       "(default frame)",
@@ -139,10 +147,11 @@ int run_train(TrainRequest& request) {
     against.push_back(load_image(path));
     options.against.push_back(against.back().view());
   }
-  Mapping mapping;
-  if (request.pixel_aspect) mapping = Mapping::from_pixel_aspect(request.pixel_aspect->value);
+  const SourceMapping mapping = mapping_for(request.image, {}, request.mapping);
+  mapping.check_size(image.view().width, image.view().height, request.field);
+  options.unit = mapping.unit;
 
-  const Pattern pattern = train(image.view(), mapping.for_field(request.field), options);
+  const Pattern pattern = train(image.view(), mapping.mapping.for_field(request.field), options);
   save_model(pattern, request.output);
   for (const auto& warning : pattern.report.warnings) spdlog::warn("{}: {}", pattern.name, warning);
   OutputFile("-").write(describe(pattern));
