@@ -9,7 +9,7 @@ namespace vsfind {
 
 namespace {
 
-constexpr int most_columns = 8;  // gain, offset, a, b, angle, scale_x, scale_y, blur
+constexpr int most_columns = 10;  // gain, offset, a, b, angle, scale_x, scale_y, blur, two of shading
 constexpr double degrees = 180.0 / std::numbers::pi;
 
 /// Which columns of the system are in use, and what they stand for.
@@ -20,6 +20,7 @@ struct Layout {
   int scale_x = -1;
   int scale_y = -1;
   int blur = -1;
+  int shading = -1;
   int count = 4;
 
   explicit Layout(const Freedom& freedom) {
@@ -27,6 +28,10 @@ struct Layout {
     if (freedom.scale_x || freedom.common_scale) scale_x = count++;
     if (freedom.scale_y && !freedom.common_scale) scale_y = count++;
     if (freedom.blur) blur = count++;
+    if (freedom.shading) {
+      shading = count;
+      count += 2;
+    }
   }
 };
 
@@ -135,6 +140,10 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       }
       if (layout.scale_y >= 0) c[layout.scale_y] = gy * y / now.scale_y;
       if (layout.blur >= 0) c[layout.blur] = points.laplacian[k];
+      if (layout.shading >= 0) {
+        c[layout.shading] = x / radius;
+        c[layout.shading + 1] = y / radius;
+      }
     }
     // Twice: with the weights of the step before, then with those of this step's own residuals.
     const bool reweight = options.robust && iteration > 0;

@@ -23,6 +23,7 @@ struct Freedom {
   bool scale_y = false;
   bool common_scale = false;  ///< scale_x and scale_y move as one
   bool blur = false;          ///< a difference in sharpness is fitted too (first order), and not reported
+  bool shading = false;       ///< a plane of grey over the pattern is fitted too, and not reported
 };
 
 struct FitOptions {

@@ -12,7 +12,8 @@ Eigen::VectorXd pose_derivatives(const PatternPoint& point, const Freedom& freed
   const auto gx = static_cast<double>(point.gradient_x);
   const auto gy = static_cast<double>(point.gradient_y);
   Eigen::VectorXd j(2 + (freedom.angle ? 1 : 0) +
-                    (freedom.common_scale ? 1 : (freedom.scale_x ? 1 : 0) + (freedom.scale_y ? 1 : 0)));
+                    (freedom.common_scale ? 1 : (freedom.scale_x ? 1 : 0) + (freedom.scale_y ? 1 : 0)) +
+                    (freedom.blur ? 3 : 0));
   Eigen::Index k = 0;
   j(k++) = gx;
   j(k++) = gy;
@@ -22,6 +23,11 @@ Eigen::VectorXd pose_derivatives(const PatternPoint& point, const Freedom& freed
   } else {
     if (freedom.scale_x) j(k++) = gx * point.x;
     if (freedom.scale_y) j(k++) = gy * point.y;
+  }
+  if (freedom.blur) {
+    j(k++) = static_cast<double>(point.value);
+    j(k++) = 1.0;
+    j(k++) = static_cast<double>(point.laplacian);
   }
   return j;
 }
@@ -136,36 +142,6 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
     if (added == 0) {
       if (!spread) break;
       spread = false;  // every region that has points has given its share
-    }
-  }
-  return chosen;
-}
-
-std::vector<std::size_t> choose_contrast(const std::vector<PatternPoint>& candidates, std::size_t count) {
-  std::vector<std::size_t> chosen;
-  if (candidates.empty()) return chosen;
-  std::vector<float> values;
-  for (const PatternPoint& p : candidates) values.push_back(p.value);
-  std::sort(values.begin(), values.end());
-  const float middle = 0.5F * (values[values.size() / 20] + values[values.size() - 1 - values.size() / 20]);
-  // The best of each cell of a grid, on each side of the middle.
-  const int cells = std::max(2, static_cast<int>(std::ceil(std::sqrt(static_cast<double>(count) / 2.0))));
-  const Places places(candidates, 1.0);
-  const auto all = static_cast<std::size_t>(cells * cells);
-  std::vector<std::size_t> best(2 * all, candidates.size());
-  std::vector<float> worth(2 * all, 0.0F);
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const PatternPoint& p = candidates[k];
-    const std::size_t cell = places.region(p, cells) + (p.value > middle ? all : 0);
-    const float w = std::abs(p.value - middle) - 2.0F * std::hypot(p.gradient_x, p.gradient_y);
-    if (w > worth[cell]) {
-      worth[cell] = w;
-      best[cell] = k;
-    }
-  }
-  for (std::size_t cell = 0; cell < all; ++cell) {
-    for (const std::size_t k : {best[cell], best[cell + all]}) {
-      if (k < candidates.size() && chosen.size() < count) chosen.push_back(k);
     }
   }
   return chosen;

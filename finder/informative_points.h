@@ -10,7 +10,9 @@
 
 namespace vsfind {
 
-/// Derivatives of a point's value by (a, b, angle, scale_x, scale_y), those that are free, at the pose of training.
+/// Derivatives of a point's value by (a, b, angle, scale_x, scale_y), those that are free, at the pose of training;
+/// where the freedom includes blur, then by gain, offset and blur, which are fitted too and must not be taken for a
+/// pose.
 [[nodiscard]] Eigen::VectorXd pose_derivatives(const PatternPoint& point, const Freedom& freedom);
 
 /// Chooses up to `count` of the candidates, in order of choice, none nearer than `spacing` pattern pixels to another.
@@ -20,9 +22,5 @@ namespace vsfind {
 [[nodiscard]] std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& candidates,
                                                           const Freedom& freedom, std::size_t count, double spacing,
                                                           bool spread);
-
-/// Chooses up to `count` points whose values lie far from the middle and little change around them, bright and dark by
-/// turns, spread over the pattern.
-[[nodiscard]] std::vector<std::size_t> choose_contrast(const std::vector<PatternPoint>& candidates, std::size_t count);
 
 }  // namespace vsfind

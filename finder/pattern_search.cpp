@@ -103,7 +103,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   const double scale = std::sqrt(candidate.pose.scale_x * candidate.pose.scale_y);
   const GaussianReader reader = gaussian_reader(scene.image, *scene.mapping, image, p.pitch, scale);
   FitOptions options;
-  options.freedom = prepared.freedom;
+  options.freedom = prepared.fine_freedom();
   options.iterations = 8;
   options.step_tolerance = 2e-4;
   match.pose = candidate.pose;

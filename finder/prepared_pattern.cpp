@@ -89,7 +89,7 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
         break;
       case PointUse::refine:
         refine = PointArrays(set.points);
-        inflation = inflation_of(set.points, freedom);
+        inflation = inflation_of(set.points, fine_freedom());
         break;
       case PointUse::verify:
         verify = PointArrays(set.points);
@@ -106,6 +106,13 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
   contrast = std::sqrt(std::max(0.0, squares / n - (sum / n) * (sum / n)));
   CoarseGrid grid{angle_deg, scale_x, scale_y, p.common_scale, p.angle_step_deg, p.scale_step};
   hypotheses = vsfind::hypotheses(grid);
+}
+
+Freedom PreparedPattern::fine_freedom() const {
+  Freedom fine = freedom;
+  fine.blur = true;
+  fine.shading = true;
+  return fine;
 }
 
 std::vector<Eigen::Vector2d> PreparedPattern::outline(const Pose& pose) const {

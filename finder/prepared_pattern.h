@@ -30,6 +30,8 @@ struct PreparedPattern {
 
   PreparedPattern(std::shared_ptr<const Pattern> source, const SearchOptions& options);
 
+  /// What is fitted at full resolution.
+  [[nodiscard]] Freedom fine_freedom() const;
   /// Corners of the outline at a pose, plane coordinates.
   [[nodiscard]] std::vector<Eigen::Vector2d> outline(const Pose& pose) const;
 };

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/LU>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -120,43 +119,60 @@ std::vector<PatternPoint> pick(const std::vector<PatternPoint>& all, const std::
   return points;
 }
 
-PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) {
-  // A rough gradient from neighbouring pixels serves the choice; the chosen ones are read exactly.
+/// Every pixel of the pattern read through the Gaussian, with derivatives from its neighbours: rough ones, for
+/// choosing.
+std::vector<PatternPoint> rough_points(const TrainingScene& scene) {
   constexpr double border = 2.0;  // the kernel's reach: what lies around the pattern is not part of it
-  std::vector<PatternPoint> candidates;
-  const GaussianReader reader = scene.gaussian();
-  const Level& level = scene.pyramid().level(0);
-  const Projection projection = scene.projection(level);
-  std::vector<Eigen::Vector2d> lattice = scene.lattice(1.0, border);
-  const std::size_t n = lattice.size();
-  std::vector<double> x, y, u(4 * n), v(4 * n), value(4 * n), inside(4 * n);
+  const std::vector<Eigen::Vector2d> lattice = scene.lattice(1.0, border);
+  if (lattice.empty()) return {};
+  Eigen::Vector2d least = lattice.front();
+  Eigen::Vector2d most = lattice.front();
   for (const Eigen::Vector2d& at : lattice) {
-    x.insert(x.end(), {at.x() - 1.0, at.x() + 1.0, at.x(), at.x()});
-    y.insert(y.end(), {at.y(), at.y(), at.y() - 1.0, at.y() + 1.0});
+    least = least.cwiseMin(at);
+    most = most.cwiseMax(at);
   }
-  projection.level_from_pattern(scene.pose(), x.data(), y.data(), static_cast<int>(4 * n), u.data(), v.data());
-  reader.read(u.data(), v.data(), static_cast<int>(4 * n), value.data(), inside.data());
+  // One reading per pixel, one pixel more all around.
+  const auto columns = static_cast<std::size_t>(std::lround(most.x() - least.x())) + 3;
+  const auto rows = static_cast<std::size_t>(std::lround(most.y() - least.y())) + 3;
+  const std::size_t n = columns * rows;
+  std::vector<double> x(n), y(n), u(n), v(n), value(n), inside(n);
   for (std::size_t k = 0; k < n; ++k) {
-    if (*std::min_element(&inside[4 * k], &inside[4 * k] + 4) == 0.0) continue;
-    PatternPoint p;
-    p.x = lattice[k].x();
-    p.y = lattice[k].y();
-    p.value = static_cast<float>((value[4 * k] + value[4 * k + 1] + value[4 * k + 2] + value[4 * k + 3]) / 4.0);
-    p.gradient_x = static_cast<float>((value[4 * k + 1] - value[4 * k]) / 2.0);
-    p.gradient_y = static_cast<float>((value[4 * k + 3] - value[4 * k + 2]) / 2.0);
-    candidates.push_back(p);
+    x[k] = least.x() - 1.0 + static_cast<double>(k % columns);
+    y[k] = least.y() - 1.0 + static_cast<double>(k / columns);
   }
-  // 13 points per step of accuracy: 30 gives the 400 points that reach the bound of all pixels.
-  const auto count = static_cast<std::size_t>(std::lround(10.0 + 13.0 * options.accuracy));
+  scene.projection(scene.pyramid().level(0))
+      .level_from_pattern(scene.pose(), x.data(), y.data(), static_cast<int>(n), u.data(), v.data());
+  scene.gaussian().read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
+  std::vector<PatternPoint> points;
+  for (const Eigen::Vector2d& at : lattice) {
+    const std::size_t k = (static_cast<std::size_t>(std::lround(at.y() - least.y())) + 1) * columns +
+                          static_cast<std::size_t>(std::lround(at.x() - least.x())) + 1;
+    if (inside[k] * inside[k - 1] * inside[k + 1] * inside[k - columns] * inside[k + columns] == 0.0) continue;
+    PatternPoint p;
+    p.x = at.x();
+    p.y = at.y();
+    p.value = static_cast<float>(value[k]);
+    p.gradient_x = static_cast<float>((value[k + 1] - value[k - 1]) / 2.0);
+    p.gradient_y = static_cast<float>((value[k + columns] - value[k - columns]) / 2.0);
+    p.laplacian =
+        static_cast<float>(value[k - 1] + value[k + 1] + value[k - columns] + value[k + columns] - 4.0 * value[k]);
+    points.push_back(p);
+  }
+  return points;
+}
+
+PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) {
+  const std::vector<PatternPoint> candidates = rough_points(scene);
+  // 15 points per step of accuracy: 30 gives the 450 points that come near the bound of all pixels.
+  const auto count = static_cast<std::size_t>(std::lround(10.0 + 15.0 * options.accuracy));
   constexpr double spacing = 2.0;  // nearer ones read the same pixels and tell nothing new
-  std::vector<std::size_t> chosen =
-      choose_informative(candidates, freedom_of(options), count, spacing, options.spread);
-  // Points on edges all have the same middling value: they leave gain and offset open. A tenth more, bright and dark by
-  // turns and spread over the pattern, settle them.
-  const std::vector<std::size_t> anchors = choose_contrast(candidates, chosen.size() / 10 + 6);
-  chosen.insert(chosen.end(), anchors.begin(), anchors.end());
-  PointSet set{0, PointUse::refine, pick(candidates, chosen)};
-  std::erase_if(set.points, [&](PatternPoint& p) { return !read_fine(scene, reader, p); });
+  // Gain, offset and sharpness count among what the points must settle: points on one flank of the edges only would
+  // take a difference in any of them for a shift.
+  Freedom freedom = freedom_of(options);
+  freedom.blur = true;
+  PointSet set{0, PointUse::refine,
+               pick(candidates, choose_informative(candidates, freedom, count, spacing, options.spread))};
+  std::erase_if(set.points, [&](PatternPoint& p) { return !read_fine(scene, scene.gaussian(), p); });
   return set;
 }
 
