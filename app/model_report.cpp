@@ -23,6 +23,8 @@ const char* purpose(PointUse use) {
       return "following candidates down";
     case PointUse::refine:
       return "sub-pixel pose";
+    case PointUse::outline:
+      return "sub-pixel pose, outermost edges";
     case PointUse::verify:
       return "score";
   }

@@ -51,9 +51,10 @@ ImageView EdgeImage::compute(const ImageView& image, double threshold) {
   const int w = image.width;
   const int h = image.height;
   edges_.resize(smooth_.size());
-  const auto t2 = static_cast<float>(threshold * threshold);
+  const auto t4 = static_cast<float>(threshold * threshold * threshold * threshold);
   for (std::size_t i = 0; i < smooth_.size(); ++i) {
-    edges_[i] = static_cast<std::uint8_t>(255.0F * smooth_[i] / (smooth_[i] + t2));
+    const float g4 = smooth_[i] * smooth_[i];
+    edges_[i] = static_cast<std::uint8_t>(255.0F * g4 / (g4 + t4));
   }
   // An edge pixel whose neighbours hold no edge is noise: it keeps no more than they have.
   cleaned_.assign(edges_.size(), 0);
@@ -129,7 +130,8 @@ double automatic_edge_threshold(const ImageView& image, const Roi& roi) {
   const auto middle = magnitudes.begin() + static_cast<std::ptrdiff_t>(magnitudes.size() / 2);
   std::nth_element(magnitudes.begin(), middle, magnitudes.end());
   const double noise = static_cast<double>(*middle) / 1.18;
-  return std::max({0.5, otsu / 2.0, std::min(4.0 * noise, otsu)});
+  // Just above the noise: an edge counts the same however weak it has become.
+  return std::max(1.5, std::min(4.0 * noise, otsu));
 }
 
 }  // namespace vsfind

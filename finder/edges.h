@@ -10,7 +10,7 @@
 
 namespace vsfind {
 
-/// Edge strength as an 8-bit picture of the same size: gradient magnitude g pressed to 255·g²/(g²+t²), so that an edge
+/// Edge strength as an 8-bit picture of the same size: gradient magnitude g pressed to 255·g⁴/(g⁴+t⁴), so that an edge
 /// well above the threshold t counts the same whatever its contrast, on either side and of either direction; isolated
 /// edge pixels are removed. Keeps its memory between pictures.
 class EdgeImage {
@@ -25,8 +25,8 @@ class EdgeImage {
   std::vector<std::uint8_t> cleaned_;
 };
 
-/// A threshold that separates the significant edges inside the ROI from noise and texture (Otsu's method on the
-/// gradient magnitudes, at least four times the noise of the magnitudes).
+/// A threshold that separates the significant edges inside the ROI from noise: four times the scale of the noise's
+/// gradients (from their median), at most what Otsu's method says.
 [[nodiscard]] double automatic_edge_threshold(const ImageView& image, const Roi& roi);
 
 }  // namespace vsfind

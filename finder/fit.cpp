@@ -99,7 +99,9 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   const auto n = static_cast<std::size_t>(points.size());
   const int columns = layout.count;
   if (points.size() < columns) return result;
-  weight_.assign(n, 1.0);
+  const std::size_t trusted = options.trusted > 0 ? std::min(n, static_cast<std::size_t>(options.trusted)) : n;
+  weight_.assign(n, 0.0);
+  std::fill_n(weight_.begin(), trusted, 1.0);
   residual_.resize(n);
   columns_.resize(n * most_columns);
   // The values' mean is taken out: it keeps the system well conditioned.
@@ -175,7 +177,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
         double model = 0.0;
         for (int r = 0; r < columns; ++r) model += c[r] * solution(r);
         residual_[k] = image_[k] - model;
-        if (inside_[k] > 0.0) scratch_.push_back(std::abs(residual_[k]));
+        if (inside_[k] > 0.0 && k < trusted) scratch_.push_back(std::abs(residual_[k]));
       }
       if (scratch_.empty()) return result;
       result.residual = 1.4826 * median_of(scratch_);
@@ -184,7 +186,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
         for (std::size_t k = 0; k < n; ++k) {
           const double e = residual_[k] / cut;
           const double keep = std::max(0.0, 1.0 - e * e);
-          weight_[k] = keep * keep;
+          weight_[k] = k < trusted || iteration > 1 ? keep * keep : 0.0;
         }
       }
     }

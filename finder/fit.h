@@ -32,6 +32,8 @@ struct FitOptions {
   bool robust = true;           ///< points that disagree lose their weight (Tukey)
   double step_tolerance = 0.0;  ///< stop when no point moves by more, level pixels
   double noise_floor = 0.5;     ///< residuals below this never count as disagreement, grey levels
+  int trusted = 0;              ///< the first so many points set the scale of disagreement, and are alone in the first
+                                ///< steps; 0: all points
 };
 
 struct FitResult {

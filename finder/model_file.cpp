@@ -153,10 +153,11 @@ class ModelReader {
 
 PointUse use_from(const ModelReader& reader) {
   const std::string text = reader.text("use");
-  for (const PointUse use : {PointUse::search, PointUse::follow, PointUse::refine, PointUse::verify}) {
+  for (const PointUse use :
+       {PointUse::search, PointUse::follow, PointUse::refine, PointUse::outline, PointUse::verify}) {
     if (text == name(use)) return use;
   }
-  reader.fail("use", fmt::format("is '{}' (allowed: search, follow, refine, verify)", text));
+  reader.fail("use", fmt::format("is '{}' (allowed: search, follow, refine, outline, verify)", text));
 }
 
 PointSet set_from(const ModelReader& reader) {

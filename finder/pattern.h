@@ -23,16 +23,19 @@ struct PatternPoint {
 
 /// What a point set is for.
 enum class PointUse : std::uint8_t {
-  search,  ///< exhaustive search at the top level
-  follow,  ///< following candidates down
-  refine,  ///< the sub-pixel pose at full resolution
-  verify,  ///< the score of the final pose
+  search,   ///< exhaustive search at the top level
+  follow,   ///< following candidates down
+  refine,   ///< the sub-pixel pose at full resolution
+  outline,  ///< the same, on the pattern's outermost edges: trusted only where they agree with the refine points, since
+            ///< what lies around the pattern may change
+  verify,   ///< the score of the final pose
 };
 [[nodiscard]] constexpr const char* name(PointUse use) {
-  return use == PointUse::search   ? "search"
-         : use == PointUse::follow ? "follow"
-         : use == PointUse::refine ? "refine"
-                                   : "verify";
+  return use == PointUse::search    ? "search"
+         : use == PointUse::follow  ? "follow"
+         : use == PointUse::refine  ? "refine"
+         : use == PointUse::outline ? "outline"
+                                    : "verify";
 }
 
 /// The points used at one level. Level 0 is full resolution, each further one half of it.

@@ -104,6 +104,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   const GaussianReader reader = gaussian_reader(scene.image, *scene.mapping, image, p.pitch, scale);
   FitOptions options;
   options.freedom = prepared.fine_freedom();
+  options.trusted = prepared.trusted;
   options.iterations = 8;
   options.step_tolerance = 2e-4;
   match.pose = candidate.pose;

@@ -79,6 +79,7 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
   freedom.scale_x = scale_x.searched();
   freedom.scale_y = scale_y.searched();
   follow.resize(static_cast<std::size_t>(p.top_level) + 1);
+  std::vector<PatternPoint> fine;
   for (const PointSet& set : p.sets) {
     switch (set.use) {
       case PointUse::search:
@@ -88,14 +89,19 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
         if (set.level <= p.top_level) follow[static_cast<std::size_t>(set.level)] = PointArrays(set.points);
         break;
       case PointUse::refine:
-        refine = PointArrays(set.points);
-        inflation = inflation_of(set.points, fine_freedom());
+        fine.insert(fine.begin(), set.points.begin(), set.points.end());
+        trusted = static_cast<int>(set.points.size());
+        break;
+      case PointUse::outline:
+        fine.insert(fine.end(), set.points.begin(), set.points.end());
         break;
       case PointUse::verify:
         verify = PointArrays(set.points);
         break;
     }
   }
+  refine = PointArrays(fine);
+  inflation = inflation_of(fine, fine_freedom());
   double sum = 0.0;
   double squares = 0.0;
   for (const double value : verify.value) {

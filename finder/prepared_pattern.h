@@ -16,7 +16,8 @@ struct PreparedPattern {
   std::shared_ptr<const Pattern> pattern;
   CoarsePoints search;
   std::vector<PointArrays> follow;  ///< by level, 0 … top_level; level 0 may be empty
-  PointArrays refine;
+  PointArrays refine;               ///< then the outline points
+  int trusted = 0;                  ///< how many of them are refine points
   PointArrays verify;
   double contrast = 0.0;  ///< standard deviation of the verify points' values
   std::vector<Hypothesis> hypotheses;

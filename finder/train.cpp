@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 
 #include "acquisition/errors.h"
 #include "finder/edges.h"
@@ -161,8 +162,52 @@ std::vector<PatternPoint> rough_points(const TrainingScene& scene) {
   return points;
 }
 
-PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) {
-  const std::vector<PatternPoint> candidates = rough_points(scene);
+/// Whether each point lies at the pattern's outermost edges, seen from its middle.
+std::vector<char> on_outline(const std::vector<PatternPoint>& points) {
+  constexpr double reach = 4.0;        // pattern pixels: an edge and the kernel's width
+  constexpr double significant = 0.2;  // of the strongest gradients
+  std::vector<float> strengths;
+  Eigen::Vector2d middle(0.0, 0.0);
+  for (const PatternPoint& p : points) {
+    strengths.push_back(std::hypot(p.gradient_x, p.gradient_y));
+    middle += Eigen::Vector2d(p.x, p.y) / static_cast<double>(points.size());
+  }
+  std::vector<float> sorted = strengths;
+  const auto high = sorted.begin() + static_cast<std::ptrdiff_t>(static_cast<double>(sorted.size() - 1) * 0.99);
+  std::nth_element(sorted.begin(), high, sorted.end());
+  const float least = static_cast<float>(significant) * *high;
+  constexpr int sectors = 360;
+  const auto sector = [&](const PatternPoint& p) {
+    const double turn = std::atan2(p.y - middle.y(), p.x - middle.x()) / (2.0 * std::numbers::pi) + 0.5;
+    return static_cast<std::size_t>(std::clamp(static_cast<int>(turn * sectors), 0, sectors - 1));
+  };
+  const auto radius = [&](const PatternPoint& p) { return std::hypot(p.x - middle.x(), p.y - middle.y()); };
+  std::vector<double> outermost(sectors, 0.0);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    if (strengths[k] >= least) outermost[sector(points[k])] = std::max(outermost[sector(points[k])], radius(points[k]));
+  }
+  std::vector<char> outline(points.size(), 0);
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    // A neighbouring sector may hold the edge where this one just misses it. Along a slanted ray an edge is deeper.
+    const std::size_t s = sector(points[k]);
+    const double edge = std::max({outermost[s], outermost[(s + 1) % sectors], outermost[(s + sectors - 1) % sectors]});
+    const double g = std::max(1e-6, static_cast<double>(strengths[k]));
+    const double slant = std::abs(static_cast<double>(points[k].gradient_x) * (points[k].x - middle.x()) +
+                                  static_cast<double>(points[k].gradient_y) * (points[k].y - middle.y())) /
+                         (g * std::max(1e-6, radius(points[k])));
+    if (radius(points[k]) > edge - reach / std::max(0.5, slant)) outline[k] = 1;
+  }
+  return outline;
+}
+
+/// The points of the sub-pixel pose: inner ones, then those of the outline.
+std::vector<PointSet> refine_points(const TrainingScene& scene, const TrainOptions& options) {
+  const std::vector<PatternPoint> all = rough_points(scene);
+  if (all.empty()) return {};
+  const std::vector<char> outer = on_outline(all);
+  std::vector<PatternPoint> inner_candidates;
+  std::vector<PatternPoint> outer_candidates;
+  for (std::size_t k = 0; k < all.size(); ++k) (outer[k] != 0 ? outer_candidates : inner_candidates).push_back(all[k]);
   // 15 points per step of accuracy: 30 gives the 450 points that come near the bound of all pixels.
   const auto count = static_cast<std::size_t>(std::lround(10.0 + 15.0 * options.accuracy));
   constexpr double spacing = 2.0;  // nearer ones read the same pixels and tell nothing new
@@ -170,10 +215,25 @@ PointSet refine_points(const TrainingScene& scene, const TrainOptions& options) 
   // take a difference in any of them for a shift.
   Freedom freedom = freedom_of(options);
   freedom.blur = true;
-  PointSet set{0, PointUse::refine,
-               pick(candidates, choose_informative(candidates, freedom, count, spacing, options.spread))};
-  std::erase_if(set.points, [&](PatternPoint& p) { return !read_fine(scene, scene.gaussian(), p); });
-  return set;
+  const auto choose = [&](const std::vector<PatternPoint>& candidates, std::size_t number, PointUse use) {
+    PointSet set{0, use, pick(candidates, choose_informative(candidates, freedom, number, spacing, options.spread))};
+    std::erase_if(set.points, [&](PatternPoint& p) { return !read_fine(scene, scene.gaussian(), p); });
+    return set;
+  };
+  const auto strength = [](const std::vector<PatternPoint>& points) {
+    double sum = 0.0;
+    for (const PatternPoint& p : points) {
+      sum += static_cast<double>(p.gradient_x) * static_cast<double>(p.gradient_x) +
+             static_cast<double>(p.gradient_y) * static_cast<double>(p.gradient_y);
+    }
+    return sum;
+  };
+  // A pattern that is all outline has nothing else to trust.
+  constexpr double least_inner_part = 0.15;
+  if (strength(inner_candidates) < least_inner_part * strength(all)) return {choose(all, count, PointUse::refine)};
+  const std::size_t outline = count * 2 / 5;
+  return {choose(inner_candidates, count - outline, PointUse::refine),
+          choose(outer_candidates, outline, PointUse::outline)};
 }
 
 /// Evenly spread over the whole pattern, flat parts too: what the score is measured on.
@@ -347,7 +407,7 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   for (int level = best.level; level >= (best.level == 0 ? 0 : 1); --level) {
     pattern.sets.push_back(follow_points(scene, options, level));
   }
-  pattern.sets.push_back(refine_points(scene, options));
+  for (PointSet& set : refine_points(scene, options)) pattern.sets.push_back(std::move(set));
   pattern.sets.push_back(std::move(verify));
   pattern.image = pattern_image(scene, read);
 
