@@ -120,6 +120,22 @@ TEST(DamagedRecording, CutOffAnywhere) {
   }
 }
 
+TEST(DamagedRecording, ASmallFileDoesNotGetMuchMemory) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "sanitizers need the address space";
+#endif
+  const test::TemporaryFolder folder;
+  test::write_bytes(folder.file("a.y4m"), "YUV4MPEG2 W65536 H16384 Cmono16\nFRAME\nabc");
+  rlimit before{};
+  ASSERT_EQ(::getrlimit(RLIMIT_AS, &before), 0);
+  rlimit limit = before;
+  limit.rlim_cur = rlim_t{1} << 31U;  // the frame alone would fill it
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &limit), 0);
+  const Reading reading = read_all(folder.file("a.y4m"));
+  ::setrlimit(RLIMIT_AS, &before);
+  EXPECT_THAT(reading.complaint, HasSubstr("frame 0 is cut off"));
+}
+
 TEST(DamagedRecording, ComplainsOnceAndThenEnds) {
   const test::TemporaryFolder folder;
   test::write_bytes(folder.file("a.y4m"), "YUV4MPEG2 W4 H2 Cmono\nFRAME\n1234");

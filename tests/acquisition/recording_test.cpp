@@ -152,6 +152,7 @@ TEST(Recording, SingleFieldsComeBackAlone) {
       const std::size_t pixels = bytes.find("FRAME") + 62;
       const std::size_t row = 10U * (bits > 8 ? 2U : 1U);
       EXPECT_EQ(bytes.substr(pixels, row), bytes.substr(pixels + row, row));
+      EXPECT_EQ(bytes.substr(bytes.size() - row), bytes.substr(bytes.size() - 2 * row, row));
     }
   }
 }
