@@ -34,28 +34,7 @@ CoarsePoints::CoarsePoints(const std::vector<PatternPoint>& points) {
   anchor_y = (top + bottom) / 2.0;
 }
 
-void CoarseSearch::smooth(const Level& level, std::vector<std::uint8_t>& out) {
-  const int w = level.width;
-  const int h = level.height;
-  out.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h));
-  std::vector<std::uint16_t> sums(static_cast<std::size_t>(w));
-  for (int v = 0; v < h; ++v) {
-    const std::uint8_t* above = level.row(std::max(v - 1, 0));
-    const std::uint8_t* here = level.row(v);
-    const std::uint8_t* below = level.row(std::min(v + 1, h - 1));
-    for (int u = 0; u < w; ++u) {
-      sums[static_cast<std::size_t>(u)] = static_cast<std::uint16_t>(above[u] + 2 * here[u] + below[u]);
-    }
-    std::uint8_t* to = out.data() + static_cast<std::ptrdiff_t>(v) * w;
-    const std::uint16_t* s = sums.data();
-    to[0] = static_cast<std::uint8_t>((3 * s[0] + s[std::min(1, w - 1)] + 8) >> 4);
-    for (int u = 1; u + 1 < w; ++u) to[u] = static_cast<std::uint8_t>((s[u - 1] + 2 * s[u] + s[u + 1] + 8) >> 4);
-    if (w > 1) to[w - 1] = static_cast<std::uint8_t>((s[w - 2] + 3 * s[w - 1] + 8) >> 4);
-  }
-}
-
 void CoarseSearch::prepare_plane(const Level& level, int margin) {
-  smooth(level, smooth_);
   const bool same = width_ == level.width && height_ == level.height && margin_ == margin;
   width_ = level.width;
   height_ = level.height;
@@ -69,7 +48,7 @@ void CoarseSearch::prepare_plane(const Level& level, int margin) {
   }
   for (int v = 0; v < height_; ++v) {
     const std::ptrdiff_t to = (v + margin) * stride_ + margin;
-    std::copy_n(smooth_.data() + static_cast<std::ptrdiff_t>(v) * width_, width_, plane_.data() + to);
+    std::copy_n(level.row(v), width_, plane_.data() + to);
     if (!same) std::fill_n(mask_.data() + to, width_, std::uint8_t{129});
   }
 }

@@ -35,7 +35,7 @@ struct CoarseCandidate {
 struct CoarseTask {
   const CoarsePoints* points = nullptr;
   const std::vector<Hypothesis>* hypotheses = nullptr;
-  Projection projection;  ///< level: the one searched
+  Projection projection;  ///< level: the one searched, smoothed
   Polarity polarity = Polarity::same;
   float threshold = 0.5F;       ///< candidates below are left out
   float min_inside = 0.6F;      ///< part of the points that must lie in the picture
@@ -49,16 +49,10 @@ class CoarseSearch {
   /// Local maxima over position of the best hypothesis there, best first. Independent of the number of threads.
   void run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out);
 
-  /// The level's picture smoothed by [1 2 1]/4 both ways: what the points' values must be read from in training.
-  static void smooth(const Level& level, std::vector<std::uint8_t>& out);
-
  private:
-  struct Share;  // what one thread keeps
-
   void prepare_plane(const Level& level, int margin);
 
-  std::vector<std::uint8_t> smooth_;
-  std::vector<std::uint8_t> plane_;  // smoothed level with a margin of 128 all around
+  std::vector<std::uint8_t> plane_;  // the level with a margin of 128 all around
   std::vector<std::uint8_t> mask_;   // 129 where the plane has a picture, 128 around it
   int width_ = 0;
   int height_ = 0;

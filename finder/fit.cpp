@@ -91,6 +91,89 @@ double PoseFit::agreeing_part(const PointArrays& points, double gain, double off
   return image_.empty() ? 0.0 : agreeing / static_cast<double>(image_.size());
 }
 
+double PoseFit::explained_part(const PointArrays& points, double gain, double offset) const {
+  const auto n = static_cast<double>(image_.size());
+  double mean = 0.0;
+  double squares = 0.0;
+  for (const double value : points.value) {
+    mean += value / n;
+    squares += value * value / n;
+  }
+  const double variance = squares - mean * mean;
+  if (!(variance > 0.0) || gain == 0.0) return 0.0;
+  constexpr double tolerated = 0.5;  // of the pattern's contrast
+  const double cut = tolerated * std::abs(gain) * std::sqrt(variance);
+  double energy = 0.0;
+  double w_sum = 0.0;
+  double sum_i = 0.0;
+  double sum_t = 0.0;
+  double sum_ii = 0.0;
+  double sum_tt = 0.0;
+  double sum_it = 0.0;
+  for (std::size_t k = 0; k < image_.size(); ++k) {
+    if (inside_[k] == 0.0) continue;
+    const double t = points.value[k] - mean;
+    const double e = (image_[k] - gain * points.value[k] - offset) / cut;
+    const double keep = 1.0 - e * e;
+    if (keep <= 0.0) continue;
+    const double w = keep * keep;
+    const double i = image_[k];
+    energy += w * t * t;
+    w_sum += w;
+    sum_i += w * i;
+    sum_t += w * t;
+    sum_ii += w * i * i;
+    sum_tt += w * t * t;
+    sum_it += w * i * t;
+  }
+  const double variance_i = w_sum * sum_ii - sum_i * sum_i;
+  const double variance_t = w_sum * sum_tt - sum_t * sum_t;
+  if (variance_i <= 0.0 || variance_t <= 0.0) return 0.0;
+  const double correlation = std::abs(w_sum * sum_it - sum_i * sum_t) / std::sqrt(variance_i * variance_t);
+  return correlation * energy / (n * variance);
+}
+
+PoseFit::Line PoseFit::agreeing_line(const PointArrays& points, std::size_t count, double contrast,
+                                     Polarity polarity) const {
+  Line best;
+  double most = 0.0;
+  constexpr std::size_t pairs = 40;
+  constexpr std::size_t judges = 64;
+  const std::size_t stride = std::max<std::size_t>(1, count / judges);
+  std::size_t at = 0;
+  for (std::size_t m = 0; m < pairs; ++m) {
+    // Two points of clearly different value.
+    const std::size_t i = (m * 37 + at) % count;
+    std::size_t j = i;
+    double difference = 0.0;
+    for (std::size_t tries = 0; tries < 16 && std::abs(difference) < contrast; ++tries) {
+      j = (j + 61 + tries * 7) % count;
+      difference = points.value[j] - points.value[i];
+      if (inside_[j] == 0.0) difference = 0.0;
+    }
+    at += 3;
+    if (inside_[i] == 0.0 || std::abs(difference) < contrast) continue;
+    const double gain = (image_[j] - image_[i]) / difference;
+    if (std::abs(gain) < 0.03 || (polarity == Polarity::same && gain < 0.0) ||
+        (polarity == Polarity::reversed && gain > 0.0)) {
+      continue;
+    }
+    const double offset = image_[i] - gain * points.value[i];
+    const double cut = 0.4 * std::abs(gain) * contrast;
+    const double scale = 1.0 / (cut * cut);
+    double agreeing = 0.0;
+    for (std::size_t k = 0; k < count; k += stride) {
+      const double e = image_[k] - gain * points.value[k] - offset;
+      agreeing += inside_[k] * std::max(0.0, 1.0 - e * e * scale);
+    }
+    if (agreeing > most) {
+      most = agreeing;
+      best = {gain, offset};
+    }
+  }
+  return best;
+}
+
 FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, const Reader& reader,
                        const FitOptions& options, Pose& pose) {
   FitResult result;
@@ -100,8 +183,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   const int columns = layout.count;
   if (points.size() < columns) return result;
   const std::size_t trusted = options.trusted > 0 ? std::min(n, static_cast<std::size_t>(options.trusted)) : n;
-  weight_.assign(n, 0.0);
-  std::fill_n(weight_.begin(), trusted, 1.0);
+  weight_.assign(n, 1.0);
   residual_.resize(n);
   columns_.resize(n * most_columns);
   // The values' mean is taken out: it keeps the system well conditioned.
@@ -112,6 +194,9 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     radius = std::max(radius, std::hypot(points.x[k], points.y[k]));
   }
   mean /= static_cast<double>(n);
+  double contrast = 0.0;
+  for (std::size_t k = 0; k < n; ++k) contrast += (points.value[k] - mean) * (points.value[k] - mean);
+  contrast = std::sqrt(contrast / static_cast<double>(n));
   const double level_scale = projection.level_from_plane_jacobian({pose.x, pose.y}).cwiseAbs().maxCoeff() *
                              projection.pitch * std::max(pose.scale_x, pose.scale_y);
 
@@ -147,8 +232,21 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
         c[layout.shading + 1] = y / radius;
       }
     }
-    // Twice: with the weights of the step before, then with those of this step's own residuals.
-    const bool reweight = options.robust && iteration > 0;
+    // At first a point may be wrong by much of the contrast, since the pose is; step by step it must agree better.
+    const auto weigh = [&](double cut, bool outline) {
+      for (std::size_t k = 0; k < n; ++k) {
+        const double e = residual_[k] / cut;
+        const double keep = std::max(0.0, 1.0 - e * e);
+        weight_[k] = k < trusted || outline ? keep * keep : 0.0;
+      }
+    };
+    if (iteration == 0) {
+      const Line line = agreeing_line(points, trusted, contrast, options.polarity);
+      if (line.gain == 0.0) return result;
+      for (std::size_t k = 0; k < n; ++k) residual_[k] = image_[k] - line.gain * points.value[k] - line.offset;
+      weigh(0.8 * std::abs(line.gain) * contrast, false);
+    }
+    const bool reweight = iteration > 0;
     Vector solution(columns);
     for (int round = 0; round < (reweight ? 2 : 1); ++round) {
       normal.setZero();
@@ -181,13 +279,16 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       }
       if (scratch_.empty()) return result;
       result.residual = 1.4826 * median_of(scratch_);
-      if (options.robust) {
-        const double cut = 4.685 * std::max(result.residual, options.noise_floor);
-        for (std::size_t k = 0; k < n; ++k) {
-          const double e = residual_[k] / cut;
-          const double keep = std::max(0.0, 1.0 - e * e);
-          weight_[k] = k < trusted || iteration > 1 ? keep * keep : 0.0;
-        }
+      constexpr int rough = 2;
+      const double by_spread = 4.685 * std::max(result.residual, options.noise_floor);
+      const double by_contrast = std::abs(solution(0)) * contrast *
+                                 (iteration == 0   ? 0.6
+                                  : iteration == 1 ? 0.45
+                                                   : 0.35);
+      if (options.settle && iteration >= rough) {
+        weigh(by_spread, true);
+      } else {
+        weigh(std::max(by_contrast, 4.685 * options.noise_floor), iteration > 0);
       }
     }
     const double gain = solution(0);

@@ -29,7 +29,9 @@ struct Freedom {
 struct FitOptions {
   Freedom freedom;
   int iterations = 5;
-  bool robust = true;           ///< points that disagree lose their weight (Tukey)
+  bool settle = true;  ///< the last steps drop points that disagree by more than the others' spread (Tukey);
+                       ///< else by more than a third of the pattern's contrast, which suits a rough pose
+  Polarity polarity = Polarity::same;
   double step_tolerance = 0.0;  ///< stop when no point moves by more, level pixels
   double noise_floor = 0.5;     ///< residuals below this never count as disagreement, grey levels
   int trusted = 0;              ///< the first so many points set the scale of disagreement, and are alone in the first
@@ -62,7 +64,20 @@ class PoseFit {
   /// Part of all points that were inside at the last correlation() and read gain·value + offset within `tolerance`.
   [[nodiscard]] double agreeing_part(const PointArrays& points, double gain, double offset, double tolerance) const;
 
+  /// How much of the pattern the last correlation() shows, 0 … 1: the part of the values' variance that lies in points
+  /// which read gain·value + offset (within half the pattern's contrast, less the nearer to it), times the correlation
+  /// of those points. Unlike the correlation of all points it is not spoilt by what hides some of them.
+  [[nodiscard]] double explained_part(const PointArrays& points, double gain, double offset) const;
+
  private:
+  struct Line {
+    double gain = 0.0;
+    double offset = 0.0;
+  };
+  /// Gain and offset that suit the most points as they were read last, whatever hides the others: the best of a few
+  /// dozen pairs of points (random sample consensus; the pairs are always the same).
+  [[nodiscard]] Line agreeing_line(const PointArrays& points, std::size_t count, double contrast,
+                                   Polarity polarity) const;
   void read_at(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose);
 
   std::vector<double> u_, v_, image_, inside_, weight_, residual_, scratch_;

@@ -40,19 +40,73 @@ bool in_region(const SearchOptions& options, const Eigen::Vector2d& frame) {
 
 }  // namespace
 
+void PatternSearch::climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate) {
+  // Uphill with the tolerant points of the exhaustive search, from its grid to a quarter of its steps: the least
+  // squares that follow need to start on the right slope.
+  const Pattern& p = *prepared.pattern;
+  const Level& level = scene.pyramid->smoothed(p.top_level);
+  const Projection projection{scene.mapping, &level, p.pitch};
+  const BilinearReader reader(level);
+  double inside = 0.0;
+  double best = oriented(fit_.correlation(prepared.climb, projection, reader, candidate.pose, inside), p.polarity);
+  const double pixel = std::ldexp(p.pitch, p.top_level);
+  for (const double part : {0.5, 0.25}) {
+    const double shift = 2.0 * part * pixel;
+    const double turn = prepared.freedom.angle ? part * p.angle_step_deg : 0.0;
+    const double grow_x = prepared.freedom.scale_x ? part * p.scale_step : 0.0;
+    const double grow_y = prepared.freedom.scale_y ? part * p.scale_step : 0.0;
+    constexpr int rounds = 3;
+    for (int round = 0; round < rounds; ++round) {
+      bool better = false;
+      const auto attempt = [&](const Pose& pose) {
+        const double score = oriented(fit_.correlation(prepared.climb, projection, reader, pose, inside), p.polarity);
+        if (score <= best || inside < 0.5) return false;
+        best = score;
+        candidate.pose = pose;
+        better = true;
+        return true;
+      };
+      const auto both_ways = [&](auto change) {
+        Pose pose = candidate.pose;
+        change(pose, 1.0);
+        if (attempt(pose)) return;
+        pose = candidate.pose;
+        change(pose, -1.0);
+        attempt(pose);
+      };
+      both_ways([&](Pose& pose, double way) { pose.x += way * shift; });
+      both_ways([&](Pose& pose, double way) { pose.y += way * shift; });
+      if (turn > 0.0) both_ways([&](Pose& pose, double way) { pose.angle_deg += way * turn; });
+      if (prepared.freedom.common_scale) {
+        both_ways([&](Pose& pose, double way) {
+          pose.scale_x *= 1.0 + way * grow_x;
+          pose.scale_y = pose.scale_x;
+        });
+      } else {
+        if (grow_x > 0.0) both_ways([&](Pose& pose, double way) { pose.scale_x *= 1.0 + way * grow_x; });
+        if (grow_y > 0.0) both_ways([&](Pose& pose, double way) { pose.scale_y *= 1.0 + way * grow_y; });
+      }
+      if (!better) break;
+    }
+  }
+  candidate.score = best;
+}
+
 void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
                                 std::chrono::steady_clock::time_point deadline, bool& timed_out) {
   const Pattern& p = *prepared.pattern;
   const std::size_t wanted = options.max_instances == 0 ? 200 : static_cast<std::size_t>(options.max_instances);
   for (int index = p.top_level; index >= (p.top_level == 0 ? 0 : 1); --index) {
     const PointArrays& points = prepared.follow[static_cast<std::size_t>(index)];
-    const Level& level = scene.pyramid->level(index);
+    const Level& level = scene.pyramid->smoothed(index);
     const Projection projection{scene.mapping, &level, p.pitch};
     const BilinearReader reader(level);
     FitOptions fit;
     fit.freedom = prepared.freedom;
     fit.iterations = index == p.top_level ? 6 : 4;
     fit.step_tolerance = 0.03;
+    fit.settle = false;
+    fit.polarity = p.polarity;
     const double pixel = std::ldexp(p.pitch, index);
     std::vector<Candidate> kept;
     for (Candidate candidate : candidates_) {
@@ -61,26 +115,36 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         break;
       }
       const Pose before = candidate.pose;
+      // How well a pose explains the level, with the gain and offset that suit it best.
       double inside = 0.0;
-      const double score_before = oriented(fit_.correlation(points, projection, reader, before, inside), p.polarity);
-      FitResult result = fit_.fit(points, projection, reader, fit, candidate.pose);
+      const auto explained = [&](const FitResult& result, const Pose& pose) {
+        const double correlation = fit_.correlation(points, projection, reader, pose, inside);
+        if (oriented(result.gain, p.polarity) <= 0.0) return oriented(correlation, p.polarity) * 0.1;
+        return fit_.explained_part(points, result.gain, result.offset);
+      };
+      const FitResult result = fit_.fit(points, projection, reader, fit, candidate.pose);
       const double moved = std::hypot(candidate.pose.x - before.x, candidate.pose.y - before.y) / pixel;
-      double score =
-          result.ok ? oriented(fit_.correlation(points, projection, reader, candidate.pose, inside), p.polarity) : -1.0;
       constexpr double furthest = 4.0;  // level pixels: a fit that runs further has found something else
-      if (!result.ok || moved > furthest || score < score_before || !in_range(prepared, candidate.pose)) {
+      if (result.ok && moved <= furthest && in_range(prepared, candidate.pose)) {
+        candidate.score = explained(result, candidate.pose);
+      } else {
         candidate.pose = before;
-        score = score_before;
+        FitOptions still = fit;
+        still.iterations = 0;
+        Pose same = before;
+        const FitResult unmoved = fit_.fit(points, projection, reader, still, same);
+        candidate.score = unmoved.ok ? explained(unmoved, before) : 0.0;
       }
-      candidate.score = score;
       if (inside >= 0.5) kept.push_back(candidate);
     }
     std::stable_sort(kept.begin(), kept.end(),
                      [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
     candidates_.clear();
-    const double least = 0.6 * options.min_score;
-    const double window = wanted == 1 && !kept.empty() ? kept.front().score - 0.25 : 0.0;
-    const std::size_t most = index == p.top_level ? 16 + 4 * wanted : index > 1 ? 8 + 3 * wanted : 3 + 2 * wanted;
+    // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
+    // next.
+    const double least = 0.25 * options.min_score;
+    const double window = wanted == 1 && !kept.empty() ? kept.front().score * 0.6 : 0.0;
+    const std::size_t most = index == p.top_level ? 12 + 4 * wanted : index > 1 ? 7 + 3 * wanted : 3 + 2 * wanted;
     for (const Candidate& candidate : kept) {
       if (candidates_.size() >= most || candidate.score < std::max(least, window)) break;
       const bool known = std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& other) {
@@ -93,7 +157,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
   }
 }
 
-bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& scene, const Candidate& candidate,
+bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate,
                            Match& match) {
   const Pattern& p = *prepared.pattern;
   const Level& level = scene.pyramid->level(0);
@@ -105,6 +169,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   FitOptions options;
   options.freedom = prepared.fine_freedom();
   options.trusted = prepared.trusted;
+  options.polarity = p.polarity;
   options.iterations = 8;
   options.step_tolerance = 2e-4;
   match.pose = candidate.pose;
@@ -119,6 +184,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
   match.visible = fit_.agreeing_part(prepared.verify, fit.gain, fit.offset,
                                      std::max(3.0 * fit.residual, 0.35 * std::abs(fit.gain) * prepared.contrast));
+  candidate.score = fit_.explained_part(prepared.verify, fit.gain, fit.offset);
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
   const Eigen::Matrix<double, 5, 1> sigma =
@@ -142,7 +208,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   CoarseTask task;
   task.points = &prepared.search;
   task.hypotheses = &prepared.hypotheses;
-  const Level& top = scene.pyramid->level(p.top_level);
+  const Level& top = scene.pyramid->smoothed(p.top_level);
   task.projection = {scene.mapping, &top, p.pitch};
   task.polarity = p.polarity;
   task.threshold = static_cast<float>(0.5 * options.min_score);
@@ -150,11 +216,15 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   task.region = options.region ? &*options.region : nullptr;
   coarse_.run(task, threads, peaks_);
   candidates_.clear();
-  for (const CoarseCandidate& peak : peaks_) candidates_.push_back({peak.pose, static_cast<double>(peak.score)});
+  for (const CoarseCandidate& peak : peaks_) {
+    candidates_.push_back({peak.pose, 0.0});
+    climb(prepared, scene, candidates_.back());
+  }
   follow_down(prepared, scene, options, deadline, out.timed_out);
 
-  std::vector<Match> found;
-  for (const Candidate& candidate : candidates_) {
+  // Ranked by how much of the pattern they explain; the score that is reported stays the plain correlation.
+  std::vector<std::pair<double, Match>> found;
+  for (Candidate& candidate : candidates_) {
     if (std::chrono::steady_clock::now() > deadline) {
       out.timed_out = true;
       break;
@@ -162,11 +232,11 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
     Match match;
     if (finish(prepared, scene, candidate, match) && match.score >= options.min_score &&
         in_region(options, match.frame_position)) {
-      found.push_back(match);
+      found.emplace_back(candidate.score, match);
     }
   }
-  std::stable_sort(found.begin(), found.end(), [](const Match& a, const Match& b) { return a.score > b.score; });
-  for (const Match& match : found) {
+  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  for (const auto& [worth, match] : found) {
     if (out.matches.size() >= wanted) break;
     const std::vector<Eigen::Vector2d> outline = prepared.outline(match.pose);
     const bool covered = std::any_of(out.matches.begin(), out.matches.end(), [&](const Match& other) {

@@ -13,8 +13,8 @@ namespace vsfind {
 
 /// The picture as one pattern sees it.
 struct SearchScene {
-  ImageView image;  ///< what full resolution is read from: the picture, or its edges
-  const Pyramid* pyramid = nullptr;
+  ImageView image;             ///< what full resolution is read from: the picture, or its edges
+  Pyramid* pyramid = nullptr;  ///< smooths its levels when they are asked for
   const Mapping* mapping = nullptr;
 };
 
@@ -28,12 +28,13 @@ class PatternSearch {
  private:
   struct Candidate {
     Pose pose;
-    double score = 0.0;
+    double score = 0.0;  ///< correlation at the top, then what PoseFit::explained_part() says
   };
 
+  void climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate);
   void follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
                    std::chrono::steady_clock::time_point deadline, bool& timed_out);
-  bool finish(const PreparedPattern& prepared, const SearchScene& scene, const Candidate& candidate, Match& match);
+  bool finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate, Match& match);
 
   CoarseSearch coarse_;
   std::vector<CoarseCandidate> peaks_;

@@ -84,6 +84,7 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
     switch (set.use) {
       case PointUse::search:
         search = CoarsePoints(set.points);
+        climb = PointArrays(set.points);
         break;
       case PointUse::follow:
         if (set.level <= p.top_level) follow[static_cast<std::size_t>(set.level)] = PointArrays(set.points);

@@ -15,6 +15,7 @@ namespace vsfind {
 struct PreparedPattern {
   std::shared_ptr<const Pattern> pattern;
   CoarsePoints search;
+  PointArrays climb;                ///< the same points, for climbing at the top level
   std::vector<PointArrays> follow;  ///< by level, 0 … top_level; level 0 may be empty
   PointArrays refine;               ///< then the outline points
   int trusted = 0;                  ///< how many of them are refine points

@@ -34,9 +34,44 @@ void narrow_to_8_bits(const ImageView& image, std::vector<std::uint8_t>& out) {
   }
 }
 
+void smooth(const Level& level, std::uint8_t* out) {
+  const int w = level.width;
+  const int h = level.height;
+  std::vector<std::uint16_t> sums(static_cast<std::size_t>(w));
+  for (int v = 0; v < h; ++v) {
+    const std::uint8_t* above = level.row(std::max(v - 1, 0));
+    const std::uint8_t* here = level.row(v);
+    const std::uint8_t* below = level.row(std::min(v + 1, h - 1));
+    for (int u = 0; u < w; ++u) {
+      sums[static_cast<std::size_t>(u)] = static_cast<std::uint16_t>(above[u] + 2 * here[u] + below[u]);
+    }
+    std::uint8_t* to = out + static_cast<std::ptrdiff_t>(v) * w;
+    const std::uint16_t* s = sums.data();
+    to[0] = static_cast<std::uint8_t>((3 * s[0] + s[std::min(1, w - 1)] + 8) >> 4);
+    for (int u = 1; u + 1 < w; ++u) to[u] = static_cast<std::uint8_t>((s[u - 1] + 2 * s[u] + s[u + 1] + 8) >> 4);
+    if (w > 1) to[w - 1] = static_cast<std::uint8_t>((s[w - 2] + 3 * s[w - 1] + 8) >> 4);
+  }
+}
+
+const Level& Pyramid::smoothed(int index) {
+  Smoothed& s = smoothed_[static_cast<std::size_t>(index)];
+  if (!s.fresh) {
+    s.level = level(index);
+    s.memory.resize(static_cast<std::size_t>(s.level.width) * static_cast<std::size_t>(s.level.height) +
+                    kernels::read_slack);
+    smooth(level(index), s.memory.data());
+    s.level.data = s.memory.data();
+    s.level.stride = s.level.width;
+    s.fresh = true;
+  }
+  return s.level;
+}
+
 void Pyramid::build(const ImageView& image, const HalvingPlan& plan) {
   levels_.clear();
   memory_.resize(plan.steps.size() + 1);
+  smoothed_.resize(plan.steps.size() + 1);
+  for (Smoothed& each : smoothed_) each.fresh = false;
   Level base;
   base.width = image.width;
   base.height = image.height;

@@ -54,11 +54,24 @@ class Pyramid {
 
   [[nodiscard]] int levels() const { return static_cast<int>(levels_.size()); }
   [[nodiscard]] const Level& level(int index) const { return levels_[static_cast<std::size_t>(index)]; }
+  /// The same level smoothed by [1 2 1]/4 both ways, made when first asked for: halving lets through more than a level
+  /// can hold, and what is aliased changes with every sub-pixel shift. Not for use by two threads at once.
+  [[nodiscard]] const Level& smoothed(int index);
 
  private:
+  struct Smoothed {
+    Level level;
+    std::vector<std::uint8_t> memory;
+    bool fresh = false;
+  };
+
   std::vector<Level> levels_;
   std::vector<std::vector<std::uint8_t>> memory_;
+  std::vector<Smoothed> smoothed_;
 };
+
+/// Smooths by [1 2 1]/4 both ways; the border's pixels stand for those beyond it. `out`: width · height.
+void smooth(const Level& level, std::uint8_t* out);
 
 /// Upper 8 bits of a picture of 9 to 16 bits, row by row.
 void narrow_to_8_bits(const ImageView& image, std::vector<std::uint8_t>& out);

@@ -130,7 +130,7 @@ const std::vector<PatternMatches>& Finder::find(const ImageView& image, const Ma
       s.results[i] = {};
       continue;
     }
-    const PreparedScene& scene = s.scene_for(*s.patterns[i], image, mapping);
+    PreparedScene& scene = s.scene_for(*s.patterns[i], image, mapping);
     s.searches[i].run(s.prepared[i], {scene.view, &scene.pyramid, &mapping}, s.options, s.threads, deadline,
                       s.results[i]);
   }

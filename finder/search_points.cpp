@@ -45,23 +45,18 @@ class Jitter {
 
 class Chooser {
  public:
-  Chooser(const TrainingScene& scene, int level_index, const TrainOptions& options,
-          const std::vector<AgainstLevel>& against)
-      : scene_(scene), options_(options), against_(against), level_(scene.pyramid().level(level_index)) {
+  Chooser(TrainingScene& scene, int level_index, const TrainOptions& options, const std::vector<AgainstLevel>& against)
+      : scene_(scene), options_(options), against_(against), level_(scene.pyramid().smoothed(level_index)) {
     result_.level = level_index;
     result_.grid = coarse_grid(scene, level_index, options);
     step_ = std::ldexp(1.0, level_index);
-    CoarseSearch::smooth(level_, smooth_);
-    smoothed_ = level_;
-    smoothed_.data = smooth_.data();
-    smoothed_.stride = level_.width;
   }
 
   SearchPoints choose() {
     candidates_ = scene_.lattice(step_, step_ / 2.0 - 1e-6);
     thin_out();
     if (candidates_.size() < least_points) return result_;
-    values_ = read(smoothed_, scene_.mapping(), scene_.pose());
+    values_ = read(level_, scene_.mapping(), scene_.pose());
     drop_unread();
     if (candidates_.size() < least_points) return result_;
     collect_genuine();
@@ -163,7 +158,7 @@ class Chooser {
         y[k] = (1.0 + grow_y) * (std::sin(turn) * qx + std::cos(turn) * qy) + dy;
       }
       projection.level_from_pattern(pose, x.data(), y.data(), static_cast<int>(n), u.data(), v.data());
-      BilinearReader(smoothed_).read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
+      BilinearReader(level_).read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
       std::vector<float> view(n);
       for (std::size_t k = 0; k < n; ++k) view[k] = inside[k] > 0.0 ? static_cast<float>(value[k]) : values_[k];
       genuine_.push_back(std::move(view));
@@ -178,7 +173,7 @@ class Chooser {
         Pose pose = scene_.pose();
         pose.x += scene_.pitch() * step_ * reach * std::cos(a);
         pose.y += scene_.pitch() * step_ * reach * std::sin(a);
-        add_impostor(smoothed_, scene_.mapping(), pose);
+        add_impostor(level_, scene_.mapping(), pose);
       }
     }
     const CoarseGrid& grid = result_.grid;
@@ -186,7 +181,7 @@ class Chooser {
       for (const double steps : {-3.0, -2.0, 2.0, 3.0}) {
         Pose pose = scene_.pose();
         pose.angle_deg += steps * grid.angle_step_deg;
-        add_impostor(smoothed_, scene_.mapping(), pose);
+        add_impostor(level_, scene_.mapping(), pose);
       }
     }
   }
@@ -236,16 +231,11 @@ class Chooser {
       task.min_inside = 0.8F;
       task.most = 150;
       search.run(task, here, found);
-      std::vector<std::uint8_t> memory;
-      CoarseSearch::smooth(level, memory);
-      Level smoothed = level;
-      smoothed.data = memory.data();
-      smoothed.stride = level.width;
       for (const CoarseCandidate& candidate : found) {
         const double away = std::hypot(candidate.pose.x - scene_.pose().x, candidate.pose.y - scene_.pose().y) /
                             (scene_.pitch() * step_);
         if (own && away < 2.5) continue;
-        add_impostor(smoothed, mapping, candidate.pose);
+        add_impostor(level, mapping, candidate.pose);
       }
     };
     scan(level_, scene_.mapping(), true);
@@ -389,9 +379,7 @@ class Chooser {
   const TrainingScene& scene_;
   const TrainOptions& options_;
   const std::vector<AgainstLevel>& against_;
-  Level level_;
-  Level smoothed_;
-  std::vector<std::uint8_t> smooth_;
+  Level level_;  // smoothed
   double step_ = 1.0;
   std::vector<Eigen::Vector2d> candidates_;
   std::vector<float> values_;
@@ -418,7 +406,7 @@ CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions
   return grid;
 }
 
-SearchPoints choose_search_points(const TrainingScene& scene, int level, const TrainOptions& options,
+SearchPoints choose_search_points(TrainingScene& scene, int level, const TrainOptions& options,
                                   const std::vector<AgainstLevel>& against) {
   return Chooser(scene, level, options, against).choose();
 }

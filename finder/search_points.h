@@ -24,13 +24,13 @@ struct SearchPoints {
 [[nodiscard]] CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions& options);
 
 /// Greedy choice at one level (after Krattenthaler, Mayer & Zeiller 1994, with the level's own impostors). `against`:
-/// further scenes, as level pictures of the same resolution, with their mappings. No points where the level has too
+/// further scenes, as smoothed levels of the same resolution, with their mappings. No points where the level has too
 /// few.
 struct AgainstLevel {
   Level level;
   Mapping mapping;
 };
-[[nodiscard]] SearchPoints choose_search_points(const TrainingScene& scene, int level, const TrainOptions& options,
+[[nodiscard]] SearchPoints choose_search_points(TrainingScene& scene, int level, const TrainOptions& options,
                                                 const std::vector<AgainstLevel>& against);
 
 }  // namespace vsfind

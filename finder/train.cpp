@@ -74,8 +74,8 @@ Freedom freedom_of(const TrainOptions& options) {
 }
 
 /// Points of a level's picture with their gradients, from the whole pattern.
-std::vector<PatternPoint> level_points(const TrainingScene& scene, int index) {
-  const Level& level = scene.pyramid().level(index);
+std::vector<PatternPoint> level_points(TrainingScene& scene, int index) {
+  const Level& level = scene.pyramid().smoothed(index);
   const double step = std::ldexp(1.0, index);
   const BilinearReader reader(level);
   const Projection projection = scene.projection(level);
@@ -122,7 +122,7 @@ std::vector<PatternPoint> pick(const std::vector<PatternPoint>& all, const std::
 
 /// Every pixel of the pattern read through the Gaussian, with derivatives from its neighbours: rough ones, for
 /// choosing.
-std::vector<PatternPoint> rough_points(const TrainingScene& scene) {
+std::vector<PatternPoint> rough_points(TrainingScene& scene) {
   constexpr double border = 2.0;  // the kernel's reach: what lies around the pattern is not part of it
   const std::vector<Eigen::Vector2d> lattice = scene.lattice(1.0, border);
   if (lattice.empty()) return {};
@@ -201,7 +201,7 @@ std::vector<char> on_outline(const std::vector<PatternPoint>& points) {
 }
 
 /// The points of the sub-pixel pose: inner ones, then those of the outline.
-std::vector<PointSet> refine_points(const TrainingScene& scene, const TrainOptions& options) {
+std::vector<PointSet> refine_points(TrainingScene& scene, const TrainOptions& options) {
   const std::vector<PatternPoint> all = rough_points(scene);
   if (all.empty()) return {};
   const std::vector<char> outer = on_outline(all);
@@ -251,7 +251,7 @@ PointSet verify_points(const TrainingScene& scene) {
   return set;
 }
 
-PointSet follow_points(const TrainingScene& scene, const TrainOptions& options, int level) {
+PointSet follow_points(TrainingScene& scene, const TrainOptions& options, int level) {
   constexpr std::size_t count = 128;
   const std::vector<PatternPoint> all = level_points(scene, level);
   // Spread, so that hidden parts leave enough; the rest of the choice is by information.
@@ -345,7 +345,7 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   const double shorter = std::min(options.roi.width, options.roi.height);
   int deepest = 0;
   while (deepest < deepest_level && shorter / std::ldexp(1.0, deepest + 1) >= 7.0) ++deepest;
-  const TrainingScene scene(read, mapping, options, deepest);
+  TrainingScene scene(read, mapping, options, deepest);
   deepest = std::min(deepest, scene.pyramid().levels() - 1);
 
   Pattern pattern;
@@ -388,8 +388,8 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   SearchPoints best;
   for (int level = deepest; level >= 0; --level) {
     std::vector<AgainstLevel> against;
-    for (const Pyramid& other : others) {
-      if (level < other.levels()) against.push_back({other.level(level), mapping});
+    for (Pyramid& other : others) {
+      if (level < other.levels()) against.push_back({other.smoothed(level), mapping});
     }
     SearchPoints proposal = choose_search_points(scene, level, options, against);
     if (proposal.points.size() < 4) continue;

@@ -20,7 +20,7 @@ class TrainingScene {
 
   [[nodiscard]] const ImageView& image() const { return image_; }
   [[nodiscard]] const Mapping& mapping() const { return mapping_; }
-  [[nodiscard]] const Pyramid& pyramid() const { return pyramid_; }
+  [[nodiscard]] Pyramid& pyramid() { return pyramid_; }
   [[nodiscard]] const HalvingPlan& plan() const { return plan_; }
   [[nodiscard]] double pitch() const { return pitch_; }
   [[nodiscard]] const Pose& pose() const { return pose_; }  ///< of the pattern in its own training picture
