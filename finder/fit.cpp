@@ -240,13 +240,13 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
         weight_[k] = k < trusted || outline ? keep * keep : 0.0;
       }
     };
-    if (iteration == 0) {
+    if (iteration == 0 && options.robust) {
       const Line line = agreeing_line(points, trusted, contrast, options.polarity);
       if (line.gain == 0.0) return result;
       for (std::size_t k = 0; k < n; ++k) residual_[k] = image_[k] - line.gain * points.value[k] - line.offset;
       weigh(0.8 * std::abs(line.gain) * contrast, false);
     }
-    const bool reweight = iteration > 0;
+    const bool reweight = options.robust && iteration > 0;
     Vector solution(columns);
     for (int round = 0; round < (reweight ? 2 : 1); ++round) {
       normal.setZero();
@@ -279,6 +279,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       }
       if (scratch_.empty()) return result;
       result.residual = 1.4826 * median_of(scratch_);
+      if (!options.robust) continue;
       constexpr int rough = 2;
       const double by_spread = 4.685 * std::max(result.residual, options.noise_floor);
       const double by_contrast = std::abs(solution(0)) * contrast *

@@ -29,6 +29,7 @@ struct Freedom {
 struct FitOptions {
   Freedom freedom;
   int iterations = 5;
+  bool robust = true;  ///< points that disagree lose their weight (Tukey)
   bool settle = true;  ///< the last steps drop points that disagree by more than the others' spread (Tukey);
                        ///< else by more than a third of the pattern's contrast, which suits a rough pose
   Polarity polarity = Polarity::same;

@@ -122,12 +122,29 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         if (oriented(result.gain, p.polarity) <= 0.0) return oriented(correlation, p.polarity) * 0.1;
         return fit_.explained_part(points, result.gain, result.offset);
       };
-      const FitResult result = fit_.fit(points, projection, reader, fit, candidate.pose);
-      const double moved = std::hypot(candidate.pose.x - before.x, candidate.pose.y - before.y) / pixel;
       constexpr double furthest = 4.0;  // level pixels: a fit that runs further has found something else
-      if (result.ok && moved <= furthest && in_range(prepared, candidate.pose)) {
-        candidate.score = explained(result, candidate.pose);
-      } else {
+      const auto fitted = [&](Pose& pose) {
+        const FitResult result = fit_.fit(points, projection, reader, fit, pose);
+        const double moved = std::hypot(pose.x - before.x, pose.y - before.y) / pixel;
+        return result.ok && moved <= furthest && in_range(prepared, pose) ? explained(result, pose) : -1.0;
+      };
+      candidate.score = fitted(candidate.pose);
+      constexpr double sure = 0.7;
+      if (candidate.score < sure && index == p.top_level) {
+        // From further off all points together may find the slope that the agreeing ones do not see.
+        Pose other = before;
+        FitOptions all = fit;
+        all.robust = false;
+        all.iterations = 4;
+        if (fit_.fit(points, projection, reader, all, other).ok) {
+          const double score = fitted(other);
+          if (score > candidate.score) {
+            candidate.pose = other;
+            candidate.score = score;
+          }
+        }
+      }
+      if (candidate.score < 0.0) {
         candidate.pose = before;
         FitOptions still = fit;
         still.iterations = 0;
