@@ -115,8 +115,8 @@ INSTANTIATE_TEST_SUITE_P(OpencvDoc, PhotoPose,
                                            Case{"basketball1.png", 72}, Case{"pic1.png", 64}, Case{"pic2.png", 64},
                                            Case{"pic3.png", 64}, Case{"pic4.png", 64}, Case{"pic5.png", 64},
                                            Case{"pic6.png", 64}),
-                         [](const auto& info) {
-                           std::string label = info.param.file;
+                         [](const auto& test) {
+                           std::string label = test.param.file;
                            for (char& c : label) c = c == '.' ? '_' : c;
                            return label;
                          });

@@ -100,8 +100,8 @@ class SequenceByProgram : public ::testing::Test {
  protected:
   /// Once for all the tests here.
   static void SetUpTestSuite() {
-    trained_ =
-        run("train \"" + folder + "/training.png\" --roi 245,175,151,131 --angle -30:30 -o \"" + model_ + "\"") == 0;
+    trained_ = run("train \"" + folder + "/training.png\" --roi 245,175,151,131 --angle -30:30 -o \"" + model_ +
+                   "\" >/dev/null") == 0;
   }
   /// Replays, and returns the rows.
   static std::vector<test::CsvRow> replay(const std::string& label, const std::string& more) {
