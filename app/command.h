@@ -24,6 +24,7 @@ struct Command {
   X(train)                 \
   X(find)                  \
   X(replay)                \
+  X(calibrate)             \
   X(inspect)
 
 #define VSFIND_DECLARE_COMMAND(name) [[nodiscard]] Command name##_command();

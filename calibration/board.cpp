@@ -173,8 +173,8 @@ std::optional<BoardView> find_board(const ImageView& image, Field field, const B
   if (grid.points.empty()) return std::nullopt;
   turn_upright(grid.points, spec);
   const Measured measured = measure(image, field, spec, grid);
-  // A corner that cannot be fitted lies at the image border or under a reflection, and the detector's place for it is not to
-  // be trusted either. Only where squares are too small to fit any, all keep the detector's places.
+  // A corner that cannot be fitted lies at the image border or under a reflection, and the detector's place for it is
+  // not to be trusted either. Only where squares are too small to fit any, all keep the detector's places.
   const auto fitted = static_cast<std::size_t>(std::count(measured.good.begin(), measured.good.end(), true));
   const bool too_small = spec.kind == BoardKind::chessboard && 2 * fitted < measured.points.size();
   BoardView view;

@@ -17,9 +17,9 @@ namespace vsfind {
 namespace {
 
 using Vector9d = Eigen::Matrix<double, 9, 1>;
-using Matrix9d = Eigen::Matrix<double, 9, 9>;
+// Of a size known at run time only: unrolled solvers take long to compile and are no faster here.
+using Matrix = Eigen::MatrixXd;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // Takes the points to mean 0 and mean distance √2.
 Eigen::Matrix3d normalization(std::span<const Eigen::Vector2d> points) {
@@ -45,7 +45,7 @@ std::vector<Eigen::Vector2d> transformed(const Eigen::Matrix3d& t, std::span<con
 }
 
 Vector9d linear_homography(const std::vector<Eigen::Vector2d>& plane, const std::vector<Eigen::Vector2d>& out) {
-  Matrix9d normal = Matrix9d::Zero();
+  Matrix normal = Matrix::Zero(9, 9);
   for (std::size_t i = 0; i < plane.size(); ++i) {
     const Eigen::Vector3d p = plane[i].homogeneous();
     Vector9d row;
@@ -54,7 +54,7 @@ Vector9d linear_homography(const std::vector<Eigen::Vector2d>& plane, const std:
     row << Eigen::Vector3d::Zero(), p, -out[i].y() * p;
     normal += row * row.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Matrix9d> solver(normal);
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(normal);
   if (!(solver.eigenvalues()(1) > 1e-12 * solver.eigenvalues()(8))) {
     throw UsageError("the points do not determine the plane: too many of them lie on one line");
   }
@@ -78,7 +78,7 @@ double homography_cost(const Vector9d& h, const std::vector<Eigen::Vector2d>& pl
 Vector9d polished(Vector9d h, const std::vector<Eigen::Vector2d>& plane, const std::vector<Eigen::Vector2d>& out) {
   double cost = homography_cost(h, plane, out);
   for (int step = 0; step < 20; ++step) {
-    Matrix9d normal = h * h.transpose();
+    Matrix normal = h * h.transpose();
     Vector9d gradient = Vector9d::Zero();
     for (std::size_t i = 0; i < plane.size(); ++i) {
       const Eigen::Vector3d p = plane[i].homogeneous();
@@ -124,7 +124,7 @@ PoseFit refined_pose(const Lens& lens, PlanePose pose, std::span<const Eigen::Ve
   PoseFit best{pose, pose_cost(lens, pose, plane, frame)};
   double damping = 1e-4;
   for (int step = 0; step < 100 && std::isfinite(best.cost) && damping < 1e12; ++step) {
-    Matrix6d normal = Matrix6d::Zero();
+    Matrix normal = Matrix::Zero(6, 6);
     Vector6d gradient = Vector6d::Zero();
     for (std::size_t i = 0; i < plane.size(); ++i) {
       const Eigen::Vector3d turned = best.pose.rotation.leftCols<2>() * plane[i];
@@ -140,7 +140,7 @@ PoseFit refined_pose(const Lens& lens, PlanePose pose, std::span<const Eigen::Ve
       normal += row.transpose() * row;
       gradient += row.transpose() * (lens.pixel_from_ray(ray) - frame[i]);
     }
-    Matrix6d damped = normal;
+    Matrix damped = normal;
     damped.diagonal() *= 1.0 + damping;
     const Vector6d change = -damped.ldlt().solve(gradient);
     PlanePose next;
