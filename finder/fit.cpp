@@ -35,6 +35,9 @@ struct Layout {
   }
 };
 
+/// How much of the pattern's contrast a point may be off while the pose is still rough.
+double rough_part(int iteration) { return iteration == 0 ? 0.6 : iteration == 1 ? 0.45 : 0.35; }
+
 double median_of(std::vector<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -269,28 +272,25 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       solution = damped.ldlt().solve(right);
       if (!solution.allFinite()) return result;
 
+      const double by_contrast = std::abs(solution(0)) * contrast * rough_part(iteration);
       scratch_.clear();
       for (std::size_t k = 0; k < n; ++k) {
         const double* c = &columns_[k * most_columns];
         double model = 0.0;
         for (int r = 0; r < columns; ++r) model += c[r] * solution(r);
         residual_[k] = image_[k] - model;
-        if (inside_[k] > 0.0 && k < trusted) scratch_.push_back(std::abs(residual_[k]));
+        // What disagrees grossly is hidden, and says nothing about the spread of the rest.
+        const double off = std::abs(residual_[k]);
+        if (inside_[k] > 0.0 && k < trusted && (!options.robust || off < by_contrast)) scratch_.push_back(off);
       }
-      if (scratch_.empty()) return result;
+      if (scratch_.size() <= static_cast<std::size_t>(columns)) return result;
       result.residual = 1.4826 * median_of(scratch_);
       if (!options.robust) continue;
       constexpr int rough = 2;
-      const double by_spread = 4.685 * std::max(result.residual, options.noise_floor);
-      const double by_contrast = std::abs(solution(0)) * contrast *
-                                 (iteration == 0   ? 0.6
-                                  : iteration == 1 ? 0.45
-                                                   : 0.35);
-      if (options.settle && iteration >= rough) {
-        weigh(by_spread, true);
-      } else {
-        weigh(std::max(by_contrast, 4.685 * options.noise_floor), iteration > 0);
-      }
+      const double by_spread = 4.685 * result.residual;
+      const double least = 4.685 * options.noise_floor;
+      const bool settling = options.settle && iteration >= rough;
+      weigh(std::max(least, settling ? std::min(by_spread, by_contrast) : by_contrast), iteration > 0);
     }
     const double gain = solution(0);
     if (std::abs(gain) < 1e-3) return result;

@@ -73,8 +73,13 @@ Drawing artwork(std::uint64_t seed, double width, double height) {
   std::vector<Eigen::Vector2d> centres;
   for (int i = 0; i < 9; ++i) {
     Eigen::Vector2d centre;
-    const auto close = [&](const Eigen::Vector2d& other) { return (other - centre).norm() < 0.24 * unit; };
+    // Parts placed early may leave no room for a later one: after many tries it may come nearer.
+    int tries = 0;
+    const auto close = [&](const Eigen::Vector2d& other) {
+      return (other - centre).norm() < (tries < 500 ? 0.24 : 0.12) * unit;
+    };
     do {
+      ++tries;
       centre = {random.uniform(-0.36, 0.36) * width, random.uniform(-0.36, 0.36) * height};
     } while (std::any_of(centres.begin(), centres.end(), close));
     centres.push_back(centre);
