@@ -229,7 +229,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   task.projection = {scene.mapping, &top, p.pitch};
   task.polarity = p.polarity;
   task.threshold = static_cast<float>(0.5 * options.min_score);
-  task.most = 48 + 12 * wanted;
+  task.most = 48 + 12 * std::min<std::size_t>(wanted, 30);
   task.region = options.region ? &*options.region : nullptr;
   coarse_.run(task, threads, peaks_);
   candidates_.clear();
