@@ -81,7 +81,7 @@ Drawing artwork(std::uint64_t seed, double width, double height) {
     do {
       ++tries;
       centre = {random.uniform(-0.36, 0.36) * width, random.uniform(-0.36, 0.36) * height};
-    } while (std::any_of(centres.begin(), centres.end(), close));
+    } while (tries < 1000 && std::any_of(centres.begin(), centres.end(), close));
     centres.push_back(centre);
     const double radius = unit * random.uniform(0.07, 0.14);
     Contour contour = random.chance(0.5) ? random_blob(random, radius) : random_star(random, radius);
