@@ -57,6 +57,7 @@ std::vector<Difficulty> difficulties() {
     d.recipe.clutter = 150;
     d.recipe.decoys = 0.25;
     d.recipe.quiet_zone = false;
+    d.recipe.background = {180.0, 215.0};
   }
   {
     Difficulty& d = add("35% hidden", 95);

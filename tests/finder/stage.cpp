@@ -115,7 +115,7 @@ Trained train_on(const Training& training) {
 Shot random_shot(const Trained& trained, const Recipe& recipe, std::uint64_t seed) {
   Random random(seed * 2654435761ULL + 99);
   render::Scene scene;
-  scene.background = random.uniform(180.0, 215.0);
+  scene.background = random.uniform(recipe.background.min, recipe.background.max);
   std::vector<Pose> places;
   for (int whole_scene = 0; whole_scene < 200 && static_cast<int>(places.size()) < recipe.instances; ++whole_scene) {
     places.clear();

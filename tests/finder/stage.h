@@ -59,6 +59,9 @@ struct Recipe {
   double hidden = 0.0;
   double outside = 0.0;
   bool remap = false;
+  /// Grey level; 200 is that of the training picture. Another one changes the pattern itself where its box is wider
+  /// than its outline.
+  Range background{200.0, 200.0};
   double blur = 0.7;
   render::Sensor sensor;
   bool random_shading = false;  ///< strong, of random direction
