@@ -9,7 +9,7 @@ namespace vsfind {
 
 namespace {
 
-constexpr int most_columns = 10;  // gain, offset, a, b, angle, scale_x, scale_y, blur, two of shading
+constexpr int most_columns = 12;  // gain, offset, a, b, angle, scale_x, scale_y, blur, four of shading
 constexpr double degrees = 180.0 / std::numbers::pi;
 
 /// Which columns of the system are in use, and what they stand for.
@@ -21,16 +21,18 @@ struct Layout {
   int scale_y = -1;
   int blur = -1;
   int shading = -1;
+  int first_nuisance = 4;  ///< from here on: neither gain nor offset nor pose
   int count = 4;
 
   explicit Layout(const Freedom& freedom) {
     if (freedom.angle) angle = count++;
     if (freedom.scale_x || freedom.common_scale) scale_x = count++;
     if (freedom.scale_y && !freedom.common_scale) scale_y = count++;
+    first_nuisance = count;
     if (freedom.blur) blur = count++;
     if (freedom.shading) {
       shading = count;
-      count += 2;
+      count += 4;
     }
   }
 };
@@ -83,57 +85,6 @@ double PoseFit::correlation(const PointArrays& points, const Projection& project
   constexpr double flat = 0.05;  // grey levels: below, there is nothing to correlate with
   if (variance_i < flat * n * n || variance_t < flat * n * n) return 0.0;
   return (n * sum_it - sum_i * sum_t) / std::sqrt(variance_i * variance_t);
-}
-
-double PoseFit::agreeing_part(const PointArrays& points, double gain, double offset, double tolerance) const {
-  double agreeing = 0.0;
-  for (std::size_t k = 0; k < image_.size(); ++k) {
-    const double off = std::abs(image_[k] - gain * points.value[k] - offset);
-    if (inside_[k] > 0.0 && off <= tolerance) agreeing += 1.0;
-  }
-  return image_.empty() ? 0.0 : agreeing / static_cast<double>(image_.size());
-}
-
-double PoseFit::explained_part(const PointArrays& points, double gain, double offset) const {
-  const auto n = static_cast<double>(image_.size());
-  double mean = 0.0;
-  double squares = 0.0;
-  for (const double value : points.value) {
-    mean += value / n;
-    squares += value * value / n;
-  }
-  const double variance = squares - mean * mean;
-  if (!(variance > 0.0) || gain == 0.0) return 0.0;
-  constexpr double tolerated = 0.5;  // of the pattern's contrast
-  const double cut = tolerated * std::abs(gain) * std::sqrt(variance);
-  double energy = 0.0;
-  double w_sum = 0.0;
-  double sum_i = 0.0;
-  double sum_t = 0.0;
-  double sum_ii = 0.0;
-  double sum_tt = 0.0;
-  double sum_it = 0.0;
-  for (std::size_t k = 0; k < image_.size(); ++k) {
-    if (inside_[k] == 0.0) continue;
-    const double t = points.value[k] - mean;
-    const double e = (image_[k] - gain * points.value[k] - offset) / cut;
-    const double keep = 1.0 - e * e;
-    if (keep <= 0.0) continue;
-    const double w = keep * keep;
-    const double i = image_[k];
-    energy += w * t * t;
-    w_sum += w;
-    sum_i += w * i;
-    sum_t += w * t;
-    sum_ii += w * i * i;
-    sum_tt += w * t * t;
-    sum_it += w * i * t;
-  }
-  const double variance_i = w_sum * sum_ii - sum_i * sum_i;
-  const double variance_t = w_sum * sum_tt - sum_t * sum_t;
-  if (variance_i <= 0.0 || variance_t <= 0.0) return 0.0;
-  const double correlation = std::abs(w_sum * sum_it - sum_i * sum_t) / std::sqrt(variance_i * variance_t);
-  return correlation * energy / (n * variance);
 }
 
 PoseFit::Line PoseFit::agreeing_line(const PointArrays& points, std::size_t count, double contrast,
@@ -208,6 +159,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
   Matrix normal(columns, columns);
   Vector right(columns);
+  Vector solution(columns);
   bool settled = false;
   for (int iteration = 0;; ++iteration) {
     read_at(points, projection, reader, now);
@@ -233,6 +185,8 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       if (layout.shading >= 0) {
         c[layout.shading] = x / radius;
         c[layout.shading + 1] = y / radius;
+        c[layout.shading + 2] = c[0] * x / radius;
+        c[layout.shading + 3] = c[0] * y / radius;
       }
     }
     // At first a point may be wrong by much of the contrast, since the pose is; step by step it must agree better.
@@ -250,7 +204,6 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       weigh(0.8 * std::abs(line.gain) * contrast, false);
     }
     const bool reweight = options.robust && iteration > 0;
-    Vector solution(columns);
     for (int round = 0; round < (reweight ? 2 : 1); ++round) {
       normal.setZero();
       right.setZero();
@@ -325,14 +278,41 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     settled = reach < options.step_tolerance;
   }
 
-  double inside = 0.0;
-  double agreeing = 0.0;
+  // How the pattern is seen at this pose: what is left of the picture after gain, offset, blur and shading, but not
+  // after a change of the pose.
+  constexpr double tolerated = 0.5;  // of the pattern's contrast, less for the nearer ones
+  constexpr double visible = 0.35;
+  const double seen_contrast = std::abs(result.gain) * contrast;
+  const double visible_within = std::max(3.0 * result.residual, visible * seen_contrast);
+  double weights = 0.0;
+  double energy = 0.0;
+  double left = 0.0;
+  double sum = 0.0;
+  double squares = 0.0;
   for (std::size_t k = 0; k < n; ++k) {
-    inside += inside_[k];
-    agreeing += inside_[k] * weight_[k];
+    if (inside_[k] == 0.0) continue;
+    result.inside += 1.0 / static_cast<double>(n);
+    const double* column = &columns_[k * most_columns];
+    double model = 0.0;
+    for (int r = 0; r < columns; ++r) {
+      if (r < layout.a || r >= layout.first_nuisance) model += column[r] * solution(r);
+    }
+    const double off = image_[k] - model;
+    if (std::abs(off) <= visible_within) result.visible += 1.0 / static_cast<double>(n);
+    const double e = off / (tolerated * seen_contrast);
+    if (std::abs(e) >= 1.0) continue;
+    const double w = (1.0 - e * e) * (1.0 - e * e);
+    weights += w;
+    energy += w * column[0] * column[0];
+    left += w * off * off;
+    sum += w * image_[k];
+    squares += w * image_[k] * image_[k];
   }
-  result.inside = inside / static_cast<double>(n);
-  result.agreeing = inside > 0.0 ? agreeing / inside : 0.0;
+  const double spread = weights > 0.0 ? squares - sum * sum / weights : 0.0;
+  if (spread > 0.0 && contrast > 0.0) {
+    result.explained =
+        std::sqrt(std::max(0.0, 1.0 - left / spread)) * energy / (static_cast<double>(n) * contrast * contrast);
+  }
   const Matrix full = normal.template selfadjointView<Eigen::Lower>();
   const Matrix inverse = full.ldlt().solve(Matrix::Identity(columns, columns));
   const int at[5] = {layout.a, layout.b, layout.angle, layout.scale_x,

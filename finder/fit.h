@@ -23,7 +23,7 @@ struct Freedom {
   bool scale_y = false;
   bool common_scale = false;  ///< scale_x and scale_y move as one
   bool blur = false;          ///< a difference in sharpness is fitted too (first order), and not reported
-  bool shading = false;       ///< a plane of grey over the pattern is fitted too, and not reported
+  bool shading = false;       ///< gain and offset that change linearly over the pattern are fitted, and not reported
 };
 
 struct FitOptions {
@@ -43,9 +43,13 @@ struct FitResult {
   bool ok = false;    ///< false: too few points inside, or no structure under them
   double gain = 0.0;  ///< image = gain · pattern + offset; negative where bright and dark are exchanged
   double offset = 0.0;
-  double residual = 0.0;                   ///< robust standard deviation of the residuals, grey levels
-  double inside = 0.0;                     ///< part of the points inside the picture
-  double agreeing = 0.0;                   ///< summed weights over the points inside
+  double residual = 0.0;  ///< robust standard deviation of the residuals, grey levels
+  double inside = 0.0;    ///< part of the points inside the picture
+  double visible = 0.0;   ///< part of the points inside the picture and not hidden
+  /// How much of the pattern is seen, 0 … 1: the part of the values' variance that lies in points that agree (within
+  /// half the pattern's contrast, less the nearer to it), times the correlation of those points. Unlike the correlation
+  /// of all points it is not spoilt by what hides some of them.
+  double explained = 0.0;
   Eigen::Matrix<double, 5, 5> covariance;  ///< of (a, b, angle, scale_x, scale_y) for independent residuals of 1 grey
                                            ///< level; a, b: pattern pixels along the pattern's own axes
 };
@@ -61,14 +65,6 @@ class PoseFit {
   /// their part. 0 where fewer than four are inside or nothing varies.
   double correlation(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose,
                      double& inside);
-
-  /// Part of all points that were inside at the last correlation() and read gain·value + offset within `tolerance`.
-  [[nodiscard]] double agreeing_part(const PointArrays& points, double gain, double offset, double tolerance) const;
-
-  /// How much of the pattern the last correlation() shows, 0 … 1: the part of the values' variance that lies in points
-  /// which read gain·value + offset (within half the pattern's contrast, less the nearer to it), times the correlation
-  /// of those points. Unlike the correlation of all points it is not spoilt by what hides some of them.
-  [[nodiscard]] double explained_part(const PointArrays& points, double gain, double offset) const;
 
  private:
   struct Line {

@@ -103,6 +103,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     const BilinearReader reader(level);
     FitOptions fit;
     fit.freedom = prepared.freedom;
+    fit.freedom.shading = true;
     fit.iterations = index == p.top_level ? 6 : 4;
     fit.step_tolerance = 0.03;
     fit.settle = false;
@@ -115,18 +116,16 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         break;
       }
       const Pose before = candidate.pose;
-      // How well a pose explains the level, with the gain and offset that suit it best.
       double inside = 0.0;
-      const auto explained = [&](const FitResult& result, const Pose& pose) {
-        const double correlation = fit_.correlation(points, projection, reader, pose, inside);
-        if (oriented(result.gain, p.polarity) <= 0.0) return oriented(correlation, p.polarity) * 0.1;
-        return fit_.explained_part(points, result.gain, result.offset);
+      const auto explained = [&](const FitResult& result) {
+        inside = result.inside;
+        return result.ok && oriented(result.gain, p.polarity) > 0.0 ? result.explained : 0.0;
       };
       constexpr double furthest = 4.0;  // level pixels: a fit that runs further has found something else
       const auto fitted = [&](Pose& pose) {
         const FitResult result = fit_.fit(points, projection, reader, fit, pose);
         const double moved = std::hypot(pose.x - before.x, pose.y - before.y) / pixel;
-        return result.ok && moved <= furthest && in_range(prepared, pose) ? explained(result, pose) : -1.0;
+        return result.ok && moved <= furthest && in_range(prepared, pose) ? explained(result) : -1.0;
       };
       candidate.score = fitted(candidate.pose);
       constexpr double sure = 0.7;
@@ -149,8 +148,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         FitOptions still = fit;
         still.iterations = 0;
         Pose same = before;
-        const FitResult unmoved = fit_.fit(points, projection, reader, still, same);
-        candidate.score = unmoved.ok ? explained(unmoved, before) : 0.0;
+        candidate.score = explained(fit_.fit(points, projection, reader, still, same));
       }
       if (inside >= 0.5) kept.push_back(candidate);
     }
@@ -199,9 +197,15 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   const double signed_score = fit_.correlation(prepared.verify, projection, reader, match.pose, inside);
   match.score = std::clamp(oriented(signed_score, p.polarity), 0.0, 1.0);
   match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
-  match.visible = fit_.agreeing_part(prepared.verify, fit.gain, fit.offset,
-                                     std::max(3.0 * fit.residual, 0.35 * std::abs(fit.gain) * prepared.contrast));
-  candidate.score = fit_.explained_part(prepared.verify, fit.gain, fit.offset);
+  FitOptions seen;
+  seen.freedom.shading = true;
+  seen.freedom.blur = true;
+  seen.iterations = 0;
+  seen.polarity = p.polarity;
+  Pose same = match.pose;
+  const FitResult view = fit_.fit(prepared.verify, projection, reader, seen, same);
+  match.visible = view.visible;
+  candidate.score = view.explained;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
   const Eigen::Matrix<double, 5, 1> sigma =
