@@ -1,4 +1,4 @@
-/// The finder's smaller parts: pyramid, coarse grid, spline, polygons, threads.
+/// The finder's smaller parts: pyramid, coarse grid, readers, polygons, threads.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -10,7 +10,6 @@
 #include "finder/prepared_pattern.h"
 #include "finder/pyramid.h"
 #include "finder/sampling.h"
-#include "finder/spline_image.h"
 #include "finder/thread_pool.h"
 
 namespace vsfind {
@@ -84,26 +83,6 @@ TEST(CoarseGrid, CommonScaleIsOneDimension) {
   const std::size_t alike = hypotheses(grid).size();
   grid.common_scale = false;
   EXPECT_EQ(hypotheses(grid).size(), alike * alike);
-}
-
-TEST(SplineImage, GoesThroughThePixelsAndFollowsASine) {
-  constexpr int size = 40;
-  std::vector<float> values;
-  const auto truth = [](double x, double y) { return 100.0 + 50.0 * std::sin(0.3 * x) * std::cos(0.2 * y); };
-  for (int y = 0; y < size; ++y) {
-    for (int x = 0; x < size; ++x) values.push_back(static_cast<float>(truth(x, y)));
-  }
-  const SplineImage spline(values, size, size);
-  SplineImage::Sample sample;
-  ASSERT_TRUE(spline.sample(17.0, 21.0, sample));
-  EXPECT_NEAR(sample.value, truth(17.0, 21.0), 1e-3);
-  ASSERT_TRUE(spline.sample(17.3, 21.6, sample));
-  EXPECT_NEAR(sample.value, truth(17.3, 21.6), 2e-2);
-  EXPECT_NEAR(sample.gradient_x, 50.0 * 0.3 * std::cos(0.3 * 17.3) * std::cos(0.2 * 21.6), 2e-2);
-  EXPECT_NEAR(sample.gradient_y, -50.0 * 0.2 * std::sin(0.3 * 17.3) * std::sin(0.2 * 21.6), 2e-2);
-  EXPECT_NEAR(sample.laplacian, -(0.09 + 0.04) * (truth(17.3, 21.6) - 100.0), 5e-2);
-  EXPECT_FALSE(spline.sample(0.5, 10.0, sample));
-  EXPECT_FALSE(spline.sample(std::nan(""), 10.0, sample));
 }
 
 TEST(GaussianReader, ReadsARampExactlyAndRefusesTheBorder) {
