@@ -26,6 +26,11 @@ void draw_fine(cv::Mat& picture, const Eigen::Vector2d& at) {
   draw_plus(picture, at, 4.0, white, 1);
 }
 
+/// Whether the set is of the sub-pixel pose.
+bool fine_use(const PointSet& set) {
+  return set.level == 0 && (set.use == PointUse::refine || set.use == PointUse::outline);
+}
+
 /// The pattern's grey values, what is not part of it darkened, in colour.
 cv::Mat shaded_pattern(const PatternImage& image) {
   cv::Mat picture(image.height, image.width, CV_8UC3);
@@ -63,7 +68,7 @@ cv::Mat model_picture(const Pattern& pattern, int* zoom_used) {
       coarse += set.points.size();
       coarse_level = set.level;
     }
-    if (set.use == PointUse::refine && set.level == 0) fine += set.points.size();
+    if (fine_use(set)) fine += set.points.size();
   }
 
   cv::Mat enlarged;
@@ -82,17 +87,13 @@ cv::Mat model_picture(const Pattern& pattern, int* zoom_used) {
                 in_picture(pattern.left + pattern.width, pattern.top + pattern.height),
                 in_picture(pattern.left, pattern.top + pattern.height)},
                Colour(80, 255, 80));
-  for (const PointUse use : {PointUse::refine, PointUse::search}) {
-    for (const auto& set : pattern.sets) {
-      if (set.use != use || (use == PointUse::refine && set.level != 0)) continue;
-      for (const auto& point : set.points) {
-        if (use == PointUse::search) {
-          draw_coarse(picture, in_picture(point.x, point.y));
-        } else {
-          draw_fine(picture, in_picture(point.x, point.y));
-        }
-      }
-    }
+  for (const auto& set : pattern.sets) {
+    if (!fine_use(set)) continue;
+    for (const auto& point : set.points) draw_fine(picture, in_picture(point.x, point.y));
+  }
+  for (const auto& set : pattern.sets) {
+    if (set.use != PointUse::search) continue;
+    for (const auto& point : set.points) draw_coarse(picture, in_picture(point.x, point.y));
   }
   const double axis = 30.0;
   const Eigen::Vector2d origin = in_picture(0.0, 0.0);

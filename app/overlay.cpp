@@ -12,6 +12,7 @@
 
 #include "acquisition/errors.h"
 #include "app/drawing.h"
+#include "app/result_row.h"
 
 namespace vsfind {
 namespace {
@@ -26,19 +27,12 @@ Colour pattern_colour(std::size_t index) {
   return colours[index % colours.size()];
 }
 
-/// The points that the final pose rests on; of a model without any, those that candidates are followed with.
+/// The points that the final pose rests on.
 std::vector<const PatternPoint*> shown_points(const Pattern& pattern) {
   std::vector<const PatternPoint*> points;
-  for (const PointUse use : {PointUse::refine, PointUse::follow, PointUse::search}) {
-    int finest = -1;
-    for (const auto& set : pattern.sets) {
-      if (set.use == use && (finest < 0 || set.level < finest)) finest = set.level;
-    }
-    for (const auto& set : pattern.sets) {
-      if (set.use != use || set.level != finest) continue;
-      for (const auto& point : set.points) points.push_back(&point);
-    }
-    if (!points.empty()) break;
+  for (const auto& set : pattern.sets) {
+    if (set.use != PointUse::refine && set.use != PointUse::outline) continue;
+    for (const auto& point : set.points) points.push_back(&point);
   }
   return points;
 }
@@ -64,17 +58,21 @@ void draw_match(cv::Mat& canvas, const Pattern& pattern, const Match& match, con
   }
   draw_outline(canvas, outline, colour);
 
-  constexpr double point_arm = 1.5;
+  // Half transparent: there may be hundreds, and the part is to be seen beneath them.
+  constexpr double point_arm = 1.0;
   const Colour point_colour(0, 230, 255);
+  cv::Mat with_points = canvas.clone();
   for (const PatternPoint* point : shown_points(pattern)) {
-    draw_plus(canvas, in_frame(point->x, point->y), point_arm, point_colour);
+    draw_plus(with_points, in_frame(point->x, point->y), point_arm, point_colour);
   }
+  cv::addWeighted(with_points, 0.5, canvas, 0.5, 0.0, canvas);
 
   const double axis = std::max(10.0, 0.25 * std::min(pattern.width, pattern.height));
   const Eigen::Vector2d origin = in_frame(0.0, 0.0);
   draw_arrow(canvas, origin, in_frame(axis, 0.0), origin_x_colour, 6.0);
   draw_arrow(canvas, origin, in_frame(0.0, axis), origin_y_colour, 6.0);
-  draw_plus(canvas, origin, 5.0, Colour(255, 255, 255));
+  draw_plus(canvas, origin, 5.0, Colour(0, 0, 0), 3);
+  draw_plus(canvas, origin, 4.0, Colour(255, 255, 255));
 }
 
 /// Lines of text from the top left corner on, as long as they fit.
@@ -130,8 +128,9 @@ void draw_matches(cv::Mat& canvas, const PictureResult& picture,
     for (std::size_t i = 0; i < matches.size(); ++i) {
       const Match& match = matches[i];
       draw_match(canvas, pattern, match, frame_mapping, colour);
-      std::string line = fmt::format("{} {}: score {:.3f}  x {:.3f}  y {:.3f}  angle {:.3f} deg", pattern.name, i,
-                                     match.score, match.pose.x, match.pose.y, match.pose.angle_deg);
+      std::string line =
+          fmt::format("{} {}: score {}  x {}  y {}  angle {} deg", pattern.name, i, fixed(match.score, 3),
+                      fixed(match.pose.x, 3), fixed(match.pose.y, 3), fixed(match.pose.angle_deg, 3));
       if (pattern.scale_x.searched() || pattern.scale_y.searched()) {
         line += fmt::format("  scale {:.4f} {:.4f}", match.pose.scale_x, match.pose.scale_y);
       }

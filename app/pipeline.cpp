@@ -6,7 +6,6 @@
 #include <thread>
 
 #include "app/bounded_queue.h"
-#include "app/signals.h"
 
 namespace vsfind {
 namespace {
@@ -28,13 +27,13 @@ class FirstError {
 }  // namespace
 
 std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, ResultOutput& output,
-                                const PipelineOptions& options) {
+                                SignalWatcher& signals, const PipelineOptions& options) {
   BoundedQueue<Frame> frames(options.queue_length);
   BoundedQueue<FrameResult> results(options.queue_length);
   FirstError error;
   std::uint64_t dropped = 0;  // counted by the capture thread, read after its end
   const std::string name = source.info().name;
-  const SignalWatcher signals([&source] { source.stop(); });
+  signals.on_signal([&source] { source.stop(); });
 
   {
     const std::jthread capture([&] {
@@ -61,10 +60,10 @@ std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, Re
         }
       } catch (...) {
         error.set(std::current_exception());
+        frames.abort();
+        source.stop();  // the capture thread may wait for a frame that nobody wants any more
       }
-      frames.abort();
-      source.stop();  // matters only after a failure: the capture thread may wait for a frame that nobody wants
-      results.close();
+      results.close();  // what was found is still written
     });
 
     const std::jthread write([&] {
@@ -72,10 +71,13 @@ std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, Re
         while (const auto result = results.pop()) output.put(*result, searcher.mapping());
       } catch (...) {
         error.set(std::current_exception());
+        results.abort();
+        frames.abort();
+        source.stop();
       }
-      results.abort();  // lets the search thread see that nobody listens
     });
   }
+  signals.on_signal({});
   output.count_dropped(dropped);
   return error.get();
 }

@@ -8,6 +8,7 @@
 #include "acquisition/source.h"
 #include "app/frame_searcher.h"
 #include "app/result_output.h"
+#include "app/signals.h"
 
 namespace vsfind {
 
@@ -17,9 +18,9 @@ struct PipelineOptions {
 };
 
 /// Runs until the source ends, is stopped, or something fails. Rows come in the order of the frames. Everything that
-/// was captured before an end or a failure of the source is searched and written. While it runs SIGINT and SIGTERM
-/// stop the source. Gives the first failure, or nothing.
+/// was captured before an end or a failure of the source is searched and written. While it runs a signal stops the
+/// source. Gives the first failure, or nothing.
 [[nodiscard]] std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, ResultOutput& output,
-                                              const PipelineOptions& options = {});
+                                              SignalWatcher& signals, const PipelineOptions& options = {});
 
 }  // namespace vsfind

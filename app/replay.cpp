@@ -1,6 +1,3 @@
-#include <fmt/format.h>
-#include <spdlog/spdlog.h>
-
 #include <CLI/CLI.hpp>
 #include <memory>
 
@@ -11,19 +8,11 @@
 #include "app/frame_searcher.h"
 #include "app/pipeline.h"
 #include "app/program.h"
+#include "app/replay_options.h"
 #include "app/result_output.h"
-#include "app/run_options.h"
 #include "app/source_mapping.h"
 
 namespace vsfind {
-namespace {
-
-struct ReplayRequest {
-  std::string source;
-  std::string config;
-  RunOptions options;
-};
-
 std::vector<Setting> replay_settings(ReplayRequest& request) {
   ReplayRequest* const r = &request;
   Setting source{"source", "SEQUENCE", "Recording (.y4m), or folder of images in name order",
@@ -40,16 +29,19 @@ std::vector<Setting> replay_settings(ReplayRequest& request) {
   return settings;
 }
 
+namespace {
+
 int run_replay(ReplayRequest& request) {
   RunOptions& options = request.options;
   if (request.source.empty()) throw UsageError("replay: a SEQUENCE is needed, here or as source in the configuration");
   complete_run_options(options);
+  SignalWatcher signals;  // before the threads of the source and the search
   const auto patterns = load_models(options.models);
   const auto source = open_sequence(request.source);
   check_region(options.search, source->info().width, source->info().height, request.source);
   FrameSearcher searcher(patterns, options, mapping_for(request.source, source->info().pixel_aspect, options.mapping));
   ResultOutput output(options, patterns, source->info().frames);
-  const std::exception_ptr error = run_pipeline(*source, searcher, output);
+  const std::exception_ptr error = run_pipeline(*source, searcher, output, signals);
   output.clear_progress();
   const int code = error ? report_error(error) : exit_done;
   output.finish();

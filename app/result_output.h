@@ -32,6 +32,8 @@ class ResultOutput {
   /// Counts frames that were never searched.
   void count_dropped(std::uint64_t frames) { summary_.dropped += frames; }
 
+  [[nodiscard]] const Summary& summary() const { return summary_; }
+
   /// Ends the progress bar and prints the summary on stderr, unless --quiet or nothing came. Never throws.
   void finish() noexcept;
 

@@ -5,17 +5,13 @@
 #include <cmath>
 
 namespace vsfind {
-namespace {
 
-/// A fixed number of digits after the point; nothing for what is no number; no "-0.000".
 std::string fixed(double value, int digits) {
   if (!std::isfinite(value)) return {};
   std::string text = fmt::format("{:.{}f}", value, digits);
   if (text[0] == '-' && text.find_first_not_of("-0.") == std::string::npos) text.erase(0, 1);
   return text;
 }
-
-}  // namespace
 
 std::vector<RowCell> row_cells(const ResultRow& row) {
   std::vector<RowCell> cells;

@@ -43,6 +43,9 @@ struct RowCell {
   std::string text;
 };
 
+/// A fixed number of digits after the point; "" for what is no number; never "-0.000".
+[[nodiscard]] std::string fixed(double value, int digits);
+
 /// All columns in their order. The only place that knows order, names and number of digits.
 [[nodiscard]] std::vector<RowCell> row_cells(const ResultRow& row);
 

@@ -11,13 +11,18 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
+#include <mutex>
+#include <string>
+#include <utility>
 
 #include "acquisition/errors.h"
 
 namespace vsfind {
 
 struct SignalWatcher::State {
-  std::function<void()> on_signal;
+  std::mutex mutex;  // of the two below, held while the action runs
+  std::function<void()> action;
+  bool signalled = false;
   sigset_t before{};
   int signals = -1;
   int end = -1;
@@ -29,7 +34,7 @@ struct SignalWatcher::State {
   }
 
   void watch() {
-    bool called = false;
+    bool seen = false;
     for (;;) {
       std::array<pollfd, 2> waited{pollfd{signals, POLLIN, 0}, pollfd{end, POLLIN, 0}};
       if (::poll(waited.data(), waited.size(), -1) < 0 && errno != EINTR) return;
@@ -38,15 +43,15 @@ struct SignalWatcher::State {
       signalfd_siginfo info{};
       if (::read(signals, &info, sizeof info) != sizeof info) continue;
       constexpr int killed_by = 128;  // a shell's exit code for a process that a signal ended
-      if (called) ::_exit(killed_by + static_cast<int>(info.ssi_signo));
-      called = true;
-      on_signal();
+      if (std::exchange(seen, true)) ::_exit(killed_by + static_cast<int>(info.ssi_signo));
+      const std::lock_guard lock(mutex);
+      signalled = true;
+      if (action) action();
     }
   }
 };
 
-SignalWatcher::SignalWatcher(std::function<void()> on_signal) : state_(std::make_unique<State>()) {
-  state_->on_signal = std::move(on_signal);
+SignalWatcher::SignalWatcher() : state_(std::make_unique<State>()) {
   sigset_t wanted;
   sigemptyset(&wanted);
   sigaddset(&wanted, SIGINT);
@@ -64,6 +69,12 @@ SignalWatcher::~SignalWatcher() {
   const std::uint64_t one = 1;
   [[maybe_unused]] const ssize_t written = ::write(state_->end, &one, sizeof one);
   thread_.join();
+}
+
+void SignalWatcher::on_signal(std::function<void()> action) {
+  const std::lock_guard lock(state_->mutex);
+  state_->action = std::move(action);
+  if (state_->signalled && state_->action) state_->action();
 }
 
 }  // namespace vsfind

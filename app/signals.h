@@ -8,15 +8,19 @@
 
 namespace vsfind {
 
-/// While it lives, the first SIGINT or SIGTERM calls `on_signal` (on a thread of its own), a second one ends the
-/// process at once. Make it before other threads are started, so that they leave the signals to it.
+/// While it lives, the first SIGINT or SIGTERM calls a function (on a thread of its own), a second one ends the
+/// process at once. Make it before any other thread is started: threads made later leave the signals to it.
 class SignalWatcher {
  public:
-  explicit SignalWatcher(std::function<void()> on_signal);
+  SignalWatcher();
   /// Ends the watch; the signals mean what they meant before.
   ~SignalWatcher();
   SignalWatcher(const SignalWatcher&) = delete;
   SignalWatcher& operator=(const SignalWatcher&) = delete;
+
+  /// What the first signal does; called at once where one came already. Replaces what was set before, and returns
+  /// when that is no longer running. An empty function: nothing.
+  void on_signal(std::function<void()> action);
 
  private:
   struct State;

@@ -7,6 +7,9 @@
 namespace vsfind::test {
 namespace {
 
+// Threads that OpenCV starts before a test watches signals would take them, and end the process.
+[[maybe_unused]] const bool one_thread = (cv::setNumThreads(1), true);
+
 /// Blocks of random grey, smoothed: structure in every direction, and like nothing else in the scene.
 cv::Mat part() {
   cv::Mat blocks(10, 10, CV_8UC1);
