@@ -24,8 +24,8 @@ struct Command {
   X(train)                 \
   X(find)                  \
   X(replay)                \
-  X(calibrate)             \
-  X(inspect)
+  X(inspect)               \
+  X(calibrate)
 
 #define VSFIND_DECLARE_COMMAND(name) [[nodiscard]] Command name##_command();
 VSFIND_COMMANDS(VSFIND_DECLARE_COMMAND)

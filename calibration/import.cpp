@@ -66,7 +66,7 @@ Lens make_lens(const KeyReader& reader, const std::string& key, LensModel model,
 }
 
 void set_size(Calibration& calibration, const std::string& file, const ImportOptions& options, int width, int height) {
-  if (width == 0 && height == 0) {
+  if (width == 0 || height == 0) {
     if (options.image_width == 0) {
       throw UsageError(file + ": does not say the size of the images (give it: --image-size WxH)");
     }

@@ -12,6 +12,7 @@
 #include "calibration/solve.h"
 #include "tests/calibration/cameras.h"
 #include "tests/calibration/rendered_boards.h"
+#include "tests/render/random.h"
 
 namespace vsfind {
 namespace {
@@ -115,6 +116,197 @@ INSTANTIATE_TEST_SUITE_P(All, RenderedBoards,
                                          Case{"charuco", "charuco:8x6", 33.0, Field::frame},
                                          Case{"charuco_bottom", "charuco:8x6", 33.0, Field::bottom}),
                          [](const auto& tested) { return std::string(tested.param.name); });
+
+// The same corners through OpenCV's own calibration give the same camera, and its distances are no smaller.
+TEST(Boards, SolveLikeOpenCvsCalibrateCamera) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  const std::vector<BoardView> views = views_of(spec, board_poses(spec, 6, 32.0, 480.0), camera_lens(), Field::frame);
+  const Solution solution = solve_views(views, options_640());
+  std::vector<std::vector<cv::Point3f>> object;
+  std::vector<std::vector<cv::Point2f>> image;
+  for (const BoardView& view : views) {
+    object.emplace_back();
+    image.emplace_back();
+    for (const auto& p : view.board)
+      object.back().emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()), 0.0F);
+    for (const auto& p : view.frame) image.back().emplace_back(static_cast<float>(p.x()), static_cast<float>(p.y()));
+  }
+  cv::Mat camera, coefficients;
+  std::vector<cv::Mat> rotations, translations;
+  const double rms = cv::calibrateCamera(object, image, {640, 480}, camera, coefficients, rotations, translations);
+  const PinholeCamera& c = solution.calibration.lens->camera();
+  EXPECT_NEAR(c.fx, camera.at<double>(0, 0), 0.05);
+  EXPECT_NEAR(c.cy, camera.at<double>(1, 2), 0.05);
+  EXPECT_NEAR(solution.calibration.lens->coefficients()[0], coefficients.at<double>(0), 1e-3);
+  EXPECT_NEAR(solution.calibration.residuals.rms, rms, 1e-4);
+}
+
+TEST(Boards, OneViewGivesThePlaneAlone) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  const Lens straight = test::lens_of(LensModel::polynomial, {});
+  const std::vector<PlanePose> poses = board_poses(spec, 1, 32.0, 480.0);
+  const std::vector<BoardView> views = views_of(spec, poses, straight, Field::frame);
+  const Solution solution = solve_views(views, options_640());
+  ASSERT_TRUE(solution.calibration.homography.has_value());
+  EXPECT_FALSE(solution.calibration.lens.has_value());
+  EXPECT_LT(largest_distance(spec, mapping_of(solution.calibration), Mapping::from_lens(straight, poses[0])), 0.02);
+  EXPECT_TRUE(solution.warnings.empty());
+  // Through a lens that bends lines a flat plane does not fit, which is said.
+  const Solution bent = solve_views(views_of(spec, poses, camera_lens(), Field::frame), options_640());
+  ASSERT_EQ(bent.warnings.size(), 1U);
+  EXPECT_THAT(bent.warnings[0], HasSubstr("the lens bends lines"));
+}
+
+TEST(Boards, AKnownLensAndOneViewGiveThePlane) {
+  const BoardSpec spec = board("circles:9x7", 25.0);
+  for (const LensModel model : {LensModel::polynomial, LensModel::fisheye}) {
+    const Lens lens = model == LensModel::fisheye ? test::lens_of(model, {-0.02, 0.01, -0.004, 0.001}) : camera_lens();
+    const std::vector<PlanePose> poses = board_poses(spec, 1, 32.0, 480.0);
+    SolveOptions options = options_640();
+    options.lens = lens;
+    const Solution solution = solve_views(views_of(spec, poses, lens, Field::top), options);
+    EXPECT_LT(largest_distance(spec, mapping_of(solution.calibration), Mapping::from_lens(lens, poses[0])), 0.02);
+    EXPECT_FALSE(solution.uncertainty.has_value());
+  }
+}
+
+std::string refusal(const std::vector<BoardView>& views) {
+  try {
+    const Solution solution = solve_views(views, options_640());
+    for (const auto& w : solution.warnings) std::printf("%s\n", w.c_str());
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+  return "no UsageError";
+}
+
+// Exact corners with a measuring error, without pictures.
+std::vector<BoardView> made_up_views(const std::vector<PlanePose>& poses, double noise) {
+  render::Random random(3);
+  std::vector<BoardView> views;
+  for (const PlanePose& pose : poses) {
+    BoardView& view = views.emplace_back();
+    view.name = "view " + std::to_string(views.size() - 1);
+    const Mapping mapping = Mapping::from_lens(camera_lens(), pose);
+    for (int i = 0; i < 54; ++i) {
+      view.board.emplace_back(i % 9 * 25.0, i / 9 * 25.0);
+      view.frame.emplace_back(mapping.image_from_plane(view.board.back()) +
+                              noise * Eigen::Vector2d(random.normal(), random.normal()));
+    }
+  }
+  return views;
+}
+
+TEST(Boards, ViewsThatCannotDetermineTheLensAreRefused) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  EXPECT_THAT(refusal(made_up_views(board_poses(spec, 8, 0.0, 480.0), 0.05)),
+              HasSubstr("cannot determine the lens: the board stands at the same slant"));
+  // All tilted alike.
+  std::vector<PlanePose> alike = board_poses(spec, 8, 30.0, 480.0);
+  for (PlanePose& pose : alike) pose.rotation = alike[0].rotation;
+  EXPECT_THAT(refusal(made_up_views(alike, 0.02)), HasSubstr("cannot determine the lens"));
+  EXPECT_THAT(refusal(made_up_views(board_poses(spec, 5, 4.0, 480.0), 0.8)), HasSubstr("cannot determine the lens"));
+  EXPECT_EQ(refusal(made_up_views(board_poses(spec, 8, 30.0, 480.0), 0.05)), "no UsageError");
+  EXPECT_EQ(refusal({}), "no picture shows the board");
+}
+
+TEST(Boards, DoubtsAreSaid) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  const auto warnings = [](const std::vector<BoardView>& views) {
+    std::string all;
+    for (const auto& w : solve_views(views, options_640()).warnings) all += w + "\n";
+    return all;
+  };
+  EXPECT_EQ(warnings(made_up_views(board_poses(spec, 8, 32.0, 480.0), 0.02)), "");
+  EXPECT_THAT(warnings(made_up_views(board_poses(spec, 3, 32.0, 480.0), 0.02)),
+              HasSubstr("3 views are few for a lens"));
+  EXPECT_THAT(warnings(made_up_views(board_poses(spec, 8, 5.0, 480.0), 0.02)),
+              HasSubstr("slant of the board varies by"));
+  EXPECT_THAT(warnings(made_up_views(board_poses(spec, 8, 32.0, 1500.0), 0.02)), HasSubstr("% of the image: outside"));
+  std::vector<BoardView> wrong = made_up_views(board_poses(spec, 8, 32.0, 480.0), 0.05);
+  wrong[3].frame[10].x() += 6.0;
+  EXPECT_THAT(warnings(wrong), HasSubstr("view 3: fits"));
+}
+
+TEST(Boards, CoveredPartIsMeasured) {
+  BoardView view;
+  view.frame = {{-0.5, -0.5}, {319.5, -0.5}, {319.5, 239.5}, {-0.5, 239.5}, {100, 100}, {200, 50}};
+  for (const auto& p : view.frame) view.board.emplace_back(p);
+  EXPECT_NEAR(solve_views({view}, options_640()).covered, 0.25, 0.01);
+}
+
+// A frame whose fields see the board in the same place is a picture of the board; in two places it is none.
+TEST(Boards, CombedPicturesAreRefused) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  const BoardSpec circles = board("circles:9x7", 25.0);
+  const PlanePose still = board_poses(spec, 1, 25.0, 480.0)[0];
+  const auto mapping = [](const PlanePose& pose) { return Mapping::from_lens(camera_lens(), pose); };
+  for (const BoardSpec& which : {spec, circles}) {
+    const auto quiet = test::woven_picture(which, mapping(still), mapping(still));
+    const auto found = find_board(quiet.view(), Field::frame, which, "quiet");
+    ASSERT_TRUE(found.has_value());
+    // Of circles the centre of area is not where the centre projects.
+    const double allowed = which.kind == BoardKind::chessboard ? 0.1 : 0.2;
+    EXPECT_LT(largest_corner_error(*found, mapping(still)), allowed);
+    // From half a pixel to several squares; in turn along x, y and towards the camera.
+    for (const double pixels : {0.7, 3.0, 12.0, 60.0}) {
+      PlanePose moved = still;
+      moved.translation[static_cast<int>(pixels) % 2] += pixels * 480.0 / 800.0;
+      SCOPED_TRACE(pixels);
+      const auto combed = test::woven_picture(which, mapping(still), mapping(moved));
+      try {
+        const bool seen = find_board(combed.view(), Field::frame, which, "combed.png").has_value();
+        ADD_FAILURE() << "not noticed; board " << (seen ? "found" : "not found");
+      } catch (const UsageError& error) {
+        EXPECT_THAT(error.what(), HasSubstr("combed.png: the two fields of this interlaced picture see the board"));
+      }
+      // Each of its fields is a good picture.
+      const auto top = render::field_picture(combed, Field::top);
+      const auto view = find_board(top.view(), Field::top, which, "top");
+      ASSERT_TRUE(view.has_value());
+      EXPECT_LT(largest_corner_error(*view, mapping(still)), allowed);
+    }
+  }
+}
+
+TEST(Boards, NothingIsFoundWhereThereIsNone) {
+  const std::vector<std::byte> grey(std::size_t{640} * 480, std::byte{128});
+  for (const char* text : {"chessboard:9x6", "circles:9x7", "charuco:8x6"}) {
+    for (const int height : {480, 7, 1}) {
+      const ImageView image{grey.data(), 640, height, 640, 8};
+      EXPECT_FALSE(find_board(image, Field::frame, board(text, 1.0), "grey").has_value());
+      EXPECT_FALSE(find_board(image, Field::top, board(text, 1.0), "grey").has_value());
+    }
+    EXPECT_FALSE(find_board(ImageView{}, Field::frame, board(text, 1.0), "empty").has_value());
+  }
+}
+
+TEST(Boards, SixteenBitPicturesAreBoardsToo) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  const PlanePose pose = board_poses(spec, 1, 25.0, 480.0)[0];
+  const auto eight = board_picture(spec, Mapping::from_lens(camera_lens(), pose));
+  render::Picture twelve(640, 480, 12);
+  for (int y = 0; y < 480; ++y) {
+    for (int x = 0; x < 640; ++x) twelve.set(x, y, eight.view().at(x, y) * 16);
+  }
+  const auto a = find_board(eight.view(), Field::frame, spec, "8");
+  const auto b = find_board(twelve.view(), Field::frame, spec, "12");
+  ASSERT_TRUE(a && b);
+  ASSERT_EQ(a->frame.size(), b->frame.size());
+  for (std::size_t i = 0; i < a->frame.size(); ++i) EXPECT_LT((a->frame[i] - b->frame[i]).norm(), 0.02);
+}
+
+TEST(Boards, NamesAreRead) {
+  const BoardSpec spec = parse_board("circles:12x7");
+  EXPECT_EQ(spec.kind, BoardKind::circles);
+  EXPECT_EQ(spec.columns, 12);
+  EXPECT_EQ(spec.rows, 7);
+  for (const char* text :
+       {"", "chessboard", "chessboard:", "chessboard:9", "chessboard:9x", "chessboard:x6", "chess:9x6", "circles:2x9",
+        "circles:9x101", "charuco:9x6x5", "charuco:-9x6", "charuco:1e1x6"}) {
+    EXPECT_THROW((void)parse_board(text), UsageError) << text;
+  }
+}
 
 }  // namespace
 }  // namespace vsfind

@@ -150,7 +150,7 @@ TEST(PointPairs, ManyAreFittedAndOutliersNamed) {
     pairs[2].image.x() += 25.0;
     if (count > 6) std::swap(pairs[5].world.x(), pairs[5].world.y());
     const Solution solution = solve_points(pairs, options_640(), "p.csv", used);
-    EXPECT_LT(largest_distance(mapping_of(solution.calibration), camera()), 1.2);
+    EXPECT_LT(largest_distance(mapping_of(solution.calibration), camera()), count > 6 ? 1.2 : 4.0);
     if (count > 6) {
       EXPECT_THAT(solution.warnings, ElementsAre(HasSubstr("p.csv:4: lies 2"), HasSubstr("p.csv:7: lies")));
     } else {
