@@ -188,7 +188,19 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   options.iterations = 8;
   options.step_tolerance = 2e-4;
   match.pose = candidate.pose;
-  const FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
+  FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
+  // Where there is no shading, columns for it only cost accuracy: the plain fit is kept if it leaves hardly more.
+  FitOptions plain = options;
+  plain.freedom.shading = false;
+  Pose unshaded = candidate.pose;
+  const FitResult without = fit_.fit(prepared.refine, projection, reader, plain, unshaded);
+  constexpr double hardly_more = 1.15;
+  constexpr double as_visible = 0.03;
+  if (without.ok &&
+      (!fit.ok || (without.residual <= hardly_more * fit.residual && without.visible >= fit.visible - as_visible))) {
+    fit = without;
+    match.pose = unshaded;
+  }
   if (!fit.ok || !in_range(prepared, match.pose)) return false;
   constexpr double furthest = 8.0;  // full-resolution pixels from where the level above left it
   if (std::hypot(match.pose.x - candidate.pose.x, match.pose.y - candidate.pose.y) > furthest * p.pitch) return false;

@@ -102,7 +102,9 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
     }
   }
   refine = PointArrays(fine);
-  inflation = inflation_of(fine, fine_freedom());
+  Freedom unshaded = fine_freedom();
+  unshaded.shading = false;
+  inflation = inflation_of(fine, unshaded);
   double sum = 0.0;
   double squares = 0.0;
   for (const double value : verify.value) {
