@@ -9,6 +9,9 @@ target_compile_options(vsfind_options INTERFACE -Wall -Wextra -Wpedantic -Wshado
   $<$<BOOL:${VSFIND_WERROR}>:-Werror>
   # GCC 12 takes plain string concatenations for overlapping copies (its bug 105651).
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>)
+if(VSFIND_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  target_compile_options(vsfind_options INTERFACE -fpch-preprocess)  # ccache wants it
+endif()
 if(VSFIND_SANITIZE)
   target_compile_options(vsfind_options INTERFACE
     -fsanitize=${VSFIND_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
