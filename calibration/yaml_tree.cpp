@@ -60,7 +60,8 @@ class Converter {
       const std::string key = entry.first.Scalar();
       if (!seen.insert(key).second) throw UsageError(fmt::format("{}:{}: {}: given twice", file_, line, shown(key)));
       node.entries.emplace_back(key, convert(entry.second, depth + 1));
-      // Blocks begin below their key, and a value left empty has no place of its own: the key's line is the one to look at.
+      // Blocks begin below their key, and a value left empty has no place of its own: the key's line is the one to look
+      // at.
       if (node.entries.back().second.kind != YamlNode::Kind::scalar) node.entries.back().second.line = line;
     }
   }

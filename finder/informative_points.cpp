@@ -1,10 +1,13 @@
 #include "finder/informative_points.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <numeric>
+
+#include "finder/training_scene.h"
 
 namespace vsfind {
 
@@ -145,6 +148,46 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
     }
   }
   return chosen;
+}
+
+PointInflation inflation_of(const std::vector<PatternPoint>& points, const Freedom& freedom) {
+  PointInflation inflation = PointInflation::Ones();
+  if (points.empty()) return inflation;
+  const Eigen::Index p = pose_derivatives(points[0], freedom).size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(p, p);
+  Eigen::MatrixXd with_neighbours = Eigen::MatrixXd::Zero(p, p);
+  std::vector<Eigen::VectorXd> j;
+  for (const PatternPoint& point : points) j.push_back(pose_derivatives(point, freedom));
+  constexpr double reach = 5.0;  // pattern pixels; beyond, the correlation is below 0.002
+  for (std::size_t a = 0; a < points.size(); ++a) {
+    information += j[a] * j[a].transpose();
+    Eigen::VectorXd around = Eigen::VectorXd::Zero(p);
+    for (std::size_t b = 0; b < points.size(); ++b) {
+      const double dx = points[a].x - points[b].x;
+      const double dy = points[a].y - points[b].y;
+      if (std::abs(dx) > reach || std::abs(dy) > reach) continue;
+      around += j[b] * std::exp(-(dx * dx + dy * dy) / (4.0 * reading_sigma * reading_sigma));
+    }
+    with_neighbours += j[a] * around.transpose();
+  }
+  information.diagonal().array() *= 1.0 + 1e-9;
+  const Eigen::MatrixXd inverse = information.inverse();
+  const Eigen::MatrixXd enlarged = inverse * with_neighbours * inverse;
+  Eigen::Index k = 0;
+  const auto ratio = [&](Eigen::Index at) {
+    const double r = enlarged(at, at) / inverse(at, at);
+    return std::isfinite(r) && r > 0.0 ? r : 1.0;
+  };
+  inflation(0) = ratio(k++);
+  inflation(1) = ratio(k++);
+  if (freedom.angle) inflation(2) = ratio(k++);
+  if (freedom.common_scale) {
+    inflation(3) = inflation(4) = ratio(k++);
+  } else {
+    if (freedom.scale_x) inflation(3) = ratio(k++);
+    if (freedom.scale_y) inflation(4) = ratio(k++);
+  }
+  return inflation;
 }
 
 }  // namespace vsfind

@@ -23,4 +23,12 @@ namespace vsfind {
                                                           const Freedom& freedom, std::size_t count, double spacing,
                                                           bool spread);
 
+/// For (a, b, angle, scale_x, scale_y); 1 where one is not free.
+using PointInflation = Eigen::Matrix<double, 5, 1>;
+
+/// How much neighbouring points, which read the same pixels, enlarge the variances over those of independent points:
+/// from Σ j·jᵀ·ρ over pairs of points, where the noise of two readings at distance d through the same Gaussian has the
+/// correlation ρ = exp(−d²/4σ²).
+[[nodiscard]] PointInflation inflation_of(const std::vector<PatternPoint>& points, const Freedom& freedom);
+
 }  // namespace vsfind

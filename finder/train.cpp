@@ -330,6 +330,37 @@ double estimate_noise(const ImageView& image, const Roi& roi) {
   return 1.4826 * *middle / 6.0 * 255.0 / image.white();
 }
 
+/// Expected standard deviations at an image noise of 2 grey levels: the inverse of the refine points' information, with
+/// gain, offset and sharpness in it (Cramér-Rao).
+void expect_sigmas(Pattern& pattern, const TrainOptions& options) {
+  std::vector<PatternPoint> points;
+  for (const PointSet& set : pattern.sets) {
+    if (set.use == PointUse::refine || set.use == PointUse::outline) {
+      points.insert(points.end(), set.points.begin(), set.points.end());
+    }
+  }
+  if (points.empty()) return;
+  Freedom freedom = freedom_of(options);
+  freedom.blur = true;
+  const Eigen::Index size = pose_derivatives(points.front(), freedom).size();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(size, size);
+  for (const PatternPoint& point : points) {
+    const Eigen::VectorXd j = pose_derivatives(point, freedom);
+    information += j * j.transpose();
+  }
+  information.diagonal().array() *= 1.0 + 1e-9;
+  const Eigen::VectorXd variance = information.inverse().diagonal().cwiseMax(0.0);
+  // Noise of the picture and of the pattern, each averaged by the kernel: white noise of 1 leaves 1 / (2·√π·σ).
+  constexpr double image_noise = 2.0;
+  const double noise =
+      std::hypot(image_noise, pattern.report.noise_sigma) / (2.0 * std::sqrt(std::numbers::pi) * reading_sigma);
+  const PointInflation inflation = inflation_of(points, freedom);
+  pattern.report.sigma_x = pattern.pitch * noise * std::sqrt(variance(0) * inflation(0));
+  pattern.report.sigma_y = pattern.pitch * noise * std::sqrt(variance(1) * inflation(1));
+  pattern.report.sigma_angle_deg =
+      freedom.angle ? noise * std::sqrt(variance(2) * inflation(2)) * 180.0 / std::numbers::pi : 0.0;
+}
+
 }  // namespace
 
 Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions& options) {
@@ -409,6 +440,7 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   }
   for (PointSet& set : refine_points(scene, options)) pattern.sets.push_back(std::move(set));
   pattern.sets.push_back(std::move(verify));
+  expect_sigmas(pattern, options);
   pattern.image = pattern_image(scene, read);
 
   pattern.report.training_ms =
