@@ -9,6 +9,7 @@ std::vector<double> cell_centres(const Range& range, double step) {
   if (!range.searched() || step <= 0.0) return {(range.min + range.max) / 2.0};
   const int count = std::max(1, static_cast<int>(std::ceil(range.width() / step - 1e-9)));
   std::vector<double> centres;
+  centres.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) centres.push_back(range.min + range.width() * (i + 0.5) / count);
   return centres;
 }

@@ -57,24 +57,25 @@ class Places {
     const int r = row(p);
     for (int y = std::max(0, r - 1); y <= std::min(rows_ - 1, r + 1); ++y) {
       for (int x = std::max(0, c - 1); x <= std::min(columns_ - 1, c + 1); ++x) {
-        for (const auto& q : cells_[static_cast<std::size_t>(y * columns_ + x)]) {
+        for (const auto& q : cells_[cell(x, y)]) {
           if (std::hypot(q.x() - p.x, q.y() - p.y) < spacing_ * 0.999) return false;
         }
       }
     }
     return true;
   }
-  void take(const PatternPoint& p) {
-    cells_[static_cast<std::size_t>(row(p) * columns_ + column(p))].emplace_back(p.x, p.y);
-  }
+  void take(const PatternPoint& p) { cells_[cell(column(p), row(p))].emplace_back(p.x, p.y); }
   /// Cell of an n × n grid over all candidates.
   [[nodiscard]] std::size_t region(const PatternPoint& p, int n) const {
     const int c = std::min(n - 1, static_cast<int>(n * (p.x - left_) / std::max(1e-9, right_ - left_)));
     const int r = std::min(n - 1, static_cast<int>(n * (p.y - top_) / std::max(1e-9, bottom_ - top_)));
-    return static_cast<std::size_t>(r * n + c);
+    return static_cast<std::size_t>(r) * static_cast<std::size_t>(n) + static_cast<std::size_t>(c);
   }
 
  private:
+  [[nodiscard]] std::size_t cell(int column, int row) const {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column);
+  }
   [[nodiscard]] int column(const PatternPoint& p) const { return static_cast<int>((p.x - left_) / spacing_); }
   [[nodiscard]] int row(const PatternPoint& p) const { return static_cast<int>((p.y - top_) / spacing_); }
 
@@ -112,7 +113,8 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
 
   Places places(candidates, spacing);
   constexpr int regions = 8;
-  std::vector<std::size_t> share(regions * regions, 0);
+  constexpr std::size_t all_regions = std::size_t{regions} * regions;
+  std::vector<std::size_t> share(all_regions, 0);
   std::vector<char> used(n, 0);
   std::vector<double> worth(n);
   std::vector<std::size_t> order(n);
@@ -128,7 +130,7 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return worth[a] != worth[b] ? worth[a] > worth[b] : a < b; });
     std::size_t added = 0;
-    const std::size_t even_share = (chosen.size() + batch) / (regions * regions) + 1;
+    const std::size_t even_share = (chosen.size() + batch) / all_regions + 1;
     for (const std::size_t i : order) {
       if (added == batch || chosen.size() == count || worth[i] < 0.0) break;
       const std::size_t region = places.region(candidates[i], regions);
@@ -157,6 +159,7 @@ PointInflation inflation_of(const std::vector<PatternPoint>& points, const Freed
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(p, p);
   Eigen::MatrixXd with_neighbours = Eigen::MatrixXd::Zero(p, p);
   std::vector<Eigen::VectorXd> j;
+  j.reserve(points.size());
   for (const PatternPoint& point : points) j.push_back(pose_derivatives(point, freedom));
   constexpr double reach = 5.0;  // pattern pixels; beyond, the correlation is below 0.002
   for (std::size_t a = 0; a < points.size(); ++a) {

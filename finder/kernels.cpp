@@ -35,7 +35,7 @@ void halve_both(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out,
   const auto low = hn::Set(words, std::uint16_t{0x00FF});
   const auto two = hn::Set(words, std::uint16_t{2});
   const hn::Rebind<std::uint8_t, decltype(words)> narrow;
-  int i = 0;
+  std::ptrdiff_t i = 0;
   for (; i + lanes <= count; i += lanes) {
     const auto va = hn::BitCast(words, hn::LoadU(bytes, a + 2 * i));
     const auto vb = hn::BitCast(words, hn::LoadU(bytes, b + 2 * i));
@@ -44,7 +44,7 @@ void halve_both(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out,
     const auto mean = hn::ShiftRight<2>(hn::Add(sum, two));
     hn::StoreU(hn::DemoteTo(narrow, hn::BitCast(hn::RebindToSigned<decltype(words)>(), mean)), narrow, out + i);
   }
-  if (i < count) scalar::halve_both(a + 2 * i, b + 2 * i, out + i, count - i);
+  if (i < count) scalar::halve_both(a + 2 * i, b + 2 * i, out + i, static_cast<int>(count - i));
 }
 
 void halve_x(const std::uint8_t* a, std::uint8_t* out, int count) {
@@ -54,23 +54,23 @@ void halve_x(const std::uint8_t* a, std::uint8_t* out, int count) {
   const auto low = hn::Set(words, std::uint16_t{0x00FF});
   const auto one = hn::Set(words, std::uint16_t{1});
   const hn::Rebind<std::uint8_t, decltype(words)> narrow;
-  int i = 0;
+  std::ptrdiff_t i = 0;
   for (; i + lanes <= count; i += lanes) {
     const auto va = hn::BitCast(words, hn::LoadU(bytes, a + 2 * i));
     const auto mean = hn::ShiftRight<1>(hn::Add(hn::Add(hn::And(va, low), hn::ShiftRight<8>(va)), one));
     hn::StoreU(hn::DemoteTo(narrow, hn::BitCast(hn::RebindToSigned<decltype(words)>(), mean)), narrow, out + i);
   }
-  if (i < count) scalar::halve_x(a + 2 * i, out + i, count - i);
+  if (i < count) scalar::halve_x(a + 2 * i, out + i, static_cast<int>(count - i));
 }
 
 void halve_y(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count) {
   const BytesTag bytes;
   const int lanes = static_cast<int>(hn::Lanes(bytes));
-  int i = 0;
+  std::ptrdiff_t i = 0;
   for (; i + lanes <= count; i += lanes) {
     hn::StoreU(hn::AverageRound(hn::LoadU(bytes, a + i), hn::LoadU(bytes, b + i)), bytes, out + i);
   }
-  if (i < count) scalar::halve_y(a + i, b + i, out + i, count - i);
+  if (i < count) scalar::halve_y(a + i, b + i, out + i, static_cast<int>(count - i));
 }
 
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128

@@ -269,7 +269,8 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
     }
   }
   std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& [worth, match] : found) {
+  for (const auto& each : found) {
+    const Match& match = each.second;
     if (out.matches.size() >= wanted) break;
     const std::vector<Eigen::Vector2d> outline = prepared.outline(match.pose);
     const bool covered = std::any_of(out.matches.begin(), out.matches.end(), [&](const Match& other) {

@@ -106,7 +106,7 @@ double shared_area(const std::vector<Eigen::Vector2d>& a, const std::vector<Eige
   // Sutherland & Hodgman: cut polygon a along every side of b. Both run the same way round (x to y).
   std::vector<Eigen::Vector2d> rest = a;
   for (std::size_t i = 0; i < b.size() && !rest.empty(); ++i) {
-    const Eigen::Vector2d from = b[i];
+    const Eigen::Vector2d& from = b[i];
     const Eigen::Vector2d along = b[(i + 1) % b.size()] - from;
     const auto side = [&](const Eigen::Vector2d& p) {
       return along.x() * (p.y() - from.y()) - along.y() * (p.x() - from.x());
@@ -118,7 +118,7 @@ double shared_area(const std::vector<Eigen::Vector2d>& a, const std::vector<Eige
       const double sp = side(p);
       const double sq = side(q);
       if (sp >= 0.0) kept.push_back(p);
-      if ((sp >= 0.0) != (sq >= 0.0)) kept.push_back(p + (q - p) * (sp / (sp - sq)));
+      if ((sp >= 0.0) != (sq >= 0.0)) kept.emplace_back(p + (q - p) * (sp / (sp - sq)));
     }
     rest = std::move(kept);
   }

@@ -46,7 +46,7 @@ class Jitter {
 class Chooser {
  public:
   Chooser(TrainingScene& scene, int level_index, const TrainOptions& options, const std::vector<AgainstLevel>& against)
-      : scene_(scene), options_(options), against_(against), level_(scene.pyramid().smoothed(level_index)) {
+      : scene_(scene), against_(against), level_(scene.pyramid().smoothed(level_index)) {
     result_.level = level_index;
     result_.grid = coarse_grid(scene, level_index, options);
     step_ = std::ldexp(1.0, level_index);
@@ -216,6 +216,7 @@ class Chooser {
   /// What the points chosen so far mistake for the pattern, in the training scene and the scenes to tell it from.
   void collect_impostors(const std::vector<std::size_t>& chosen) {
     std::vector<PatternPoint> points;
+    points.reserve(chosen.size());
     for (const std::size_t k : chosen) points.push_back(point(k));
     const CoarsePoints coarse(points);
     const std::vector<Hypothesis> tried = hypotheses(result_.grid);
@@ -377,7 +378,6 @@ class Chooser {
   }
 
   const TrainingScene& scene_;
-  const TrainOptions& options_;
   const std::vector<AgainstLevel>& against_;
   Level level_;  // smoothed
   double step_ = 1.0;

@@ -138,8 +138,9 @@ std::vector<PatternPoint> rough_points(TrainingScene& scene) {
   const std::size_t n = columns * rows;
   std::vector<double> x(n), y(n), u(n), v(n), value(n), inside(n);
   for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t row = k / columns;
     x[k] = least.x() - 1.0 + static_cast<double>(k % columns);
-    y[k] = least.y() - 1.0 + static_cast<double>(k / columns);
+    y[k] = least.y() - 1.0 + static_cast<double>(row);
   }
   scene.projection(scene.pyramid().level(0))
       .level_from_pattern(scene.pose(), x.data(), y.data(), static_cast<int>(n), u.data(), v.data());

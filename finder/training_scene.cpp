@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace vsfind {
 
@@ -20,8 +21,8 @@ GaussianReader gaussian_reader(const ImageView& image, const Mapping& mapping, c
           std::clamp(reading_sigma * scale * pitch / pixel.y(), least, most)};
 }
 
-TrainingScene::TrainingScene(const ImageView& image, const Mapping& mapping, const TrainOptions& options, int levels)
-    : image_(image), mapping_(mapping), roi_(options.roi), mask_(options.mask) {
+TrainingScene::TrainingScene(const ImageView& image, Mapping mapping, const TrainOptions& options, int levels)
+    : image_(image), mapping_(std::move(mapping)), roi_(options.roi), mask_(options.mask) {
   const Eigen::Vector2d centre(roi_.x + (roi_.width - 1) / 2.0, roi_.y + (roi_.height - 1) / 2.0);
   const Eigen::Vector2d pixel = pixel_size(mapping_, centre);
   pitch_ = pixel.minCoeff();

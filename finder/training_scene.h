@@ -16,7 +16,7 @@ namespace vsfind {
 class TrainingScene {
  public:
   /// `image`: the picture itself, or its edges.
-  TrainingScene(const ImageView& image, const Mapping& mapping, const TrainOptions& options, int levels);
+  TrainingScene(const ImageView& image, Mapping mapping, const TrainOptions& options, int levels);
 
   [[nodiscard]] const ImageView& image() const { return image_; }
   [[nodiscard]] const Mapping& mapping() const { return mapping_; }
