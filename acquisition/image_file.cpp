@@ -87,7 +87,7 @@ Image decode_checked(const std::vector<std::byte>& bytes) {
   view.bits = mat->depth() == CV_8U ? 8 : 16;
   const bool whole_bits = std::has_single_bit(static_cast<unsigned>(probe.maximum) + 1U);
   if (view.bits == 16 && probe.maximum > 255 && whole_bits)
-    view.bits = std::bit_width(static_cast<unsigned>(probe.maximum));
+    view.bits = static_cast<int>(std::bit_width(static_cast<unsigned>(probe.maximum)));
   return {std::shared_ptr<const std::byte>(mat, view.data), view};
 }
 

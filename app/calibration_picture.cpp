@@ -135,7 +135,9 @@ double draw_residuals(Canvas& canvas, const Mapping& mapping, const BoardView& v
     const Eigen::Vector2d residual = mapping.image_from_plane(view.board[i]) - view.frame[i];
     const Eigen::Vector2d at = canvas.at(view.frame[i]);
     std::vector<Eigen::Vector2d> ring;
-    for (int k = 0; k < 16; ++k) ring.push_back(at + 4.5 * Eigen::Vector2d(std::cos(k * 0.3927), std::sin(k * 0.3927)));
+    ring.reserve(16);
+    for (int k = 0; k < 16; ++k)
+      ring.emplace_back(at + 4.5 * Eigen::Vector2d(std::cos(k * 0.3927), std::sin(k * 0.3927)));
     draw_outline(canvas.picture, ring, ring_colour);
     const double longest = canvas.frame_size.norm();
     if (residual.allFinite() && residual.norm() * magnified < longest) {

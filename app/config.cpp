@@ -1,6 +1,7 @@
 #include "app/config.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -112,6 +113,9 @@ Config load_config(const std::string& path) {
       }
       config.entries.push_back(std::move(entry));
     }
+  } catch (const YAML::DeepRecursion& error) {
+    throw UsageError(
+        fmt::format("{}:{}: is nested too deeply (allowed: keys with values or lists)", path, error.mark.line + 1));
   } catch (const YAML::Exception& error) {
     throw UsageError(fmt::format("{}:{}: is not YAML: {}", path, error.mark.line + 1, error.msg));
   }
@@ -120,6 +124,7 @@ Config load_config(const std::string& path) {
 
 void apply_config(const Config& config, const std::vector<Setting>& settings) {
   std::vector<std::string> known;
+  known.reserve(settings.size());
   for (const auto& setting : settings) known.push_back(key_of(setting));
   const auto has_key = [&](const std::string& name) {
     return std::any_of(config.entries.begin(), config.entries.end(), [&](const ConfigEntry& entry) {
@@ -132,9 +137,8 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
     const auto setting = std::find_if(settings.begin(), settings.end(),
                                       [&](const Setting& candidate) { return key_of(candidate) == entry.key; });
     if (setting == settings.end()) {
-      std::string allowed;
-      for (const auto& name : known) allowed += (allowed.empty() ? "" : ", ") + name;
-      throw UsageError(where + " is not known" + did_you_mean(entry.key, known) + " (allowed: " + allowed + ")");
+      throw UsageError(fmt::format("{} is not known{} (allowed: {})", where, did_you_mean(entry.key, known),
+                                   fmt::join(known, ", ")));
     }
     for (const auto& other : setting->excludes) {
       if (has_key(other)) throw UsageError(where + ": cannot be given together with " + other);
