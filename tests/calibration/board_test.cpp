@@ -84,7 +84,7 @@ class RenderedBoards : public testing::TestWithParam<Case> {};
 TEST_P(RenderedBoards, GiveBackLensAndPlane) {
   const Case& c = GetParam();
   const BoardSpec spec = board(c.board, c.pitch);
-  const std::vector<PlanePose> poses = board_poses(spec, 12, 32.0, 480.0);
+  const std::vector<PlanePose> poses = board_poses(spec, 8, 32.0, 480.0);
   const std::vector<BoardView> views = views_of(spec, poses, camera_lens(), c.lines);
   ASSERT_EQ(views.size(), poses.size());
   double corner_error = 0.0;
@@ -172,8 +172,7 @@ TEST(Boards, AKnownLensAndOneViewGiveThePlane) {
 
 std::string refusal(const std::vector<BoardView>& views) {
   try {
-    const Solution solution = solve_views(views, options_640());
-    for (const auto& w : solution.warnings) std::printf("%s\n", w.c_str());
+    (void)solve_views(views, options_640());
   } catch (const UsageError& error) {
     return error.what();
   }
@@ -248,8 +247,8 @@ TEST(Boards, CombedPicturesAreRefused) {
     // Of circles the centre of area is not where the centre projects.
     const double allowed = which.kind == BoardKind::chessboard ? 0.1 : 0.2;
     EXPECT_LT(largest_corner_error(*found, mapping(still)), allowed);
-    // From half a pixel to several squares; in turn along x, y and towards the camera.
-    for (const double pixels : {0.7, 3.0, 12.0, 60.0}) {
+    // From under a pixel to more than a square, across the lines and along them.
+    for (const double pixels : {0.7, 11.0, 60.0}) {
       PlanePose moved = still;
       moved.translation[static_cast<int>(pixels) % 2] += pixels * 480.0 / 800.0;
       SCOPED_TRACE(pixels);

@@ -151,6 +151,21 @@ TEST(Mapping, BehindTheCameraIsNowhere) {
   }
 }
 
+// Far out the polynomial would bring points back into the picture.
+TEST(Mapping, BeyondTheLensIsNowhere) {
+  const Lens lens = test::lens_of(LensModel::polynomial, {-0.3, 0.0, 0.0, 0.0});
+  const Mapping mapping = Mapping::from_lens(lens, test::slanted_plane(20.0, 0.0, 0.0, 500.0));
+  std::vector<double> x{0.0, 300.0, 900.0, -1500.0}, y(4, 0.0), u(4), v(4);
+  mapping.image_from_plane(x, y, u, v);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const bool beyond = std::abs(x[i]) > 600.0;
+    EXPECT_EQ(std::isnan(u[i]), beyond) << x[i];
+    EXPECT_EQ(std::isnan(v[i]), beyond) << x[i];
+    EXPECT_EQ(mapping.image_from_plane(Eigen::Vector2d(x[i], y[i])).array().isNaN().all(), beyond) << x[i];
+    EXPECT_EQ(mapping.image_from_plane_jacobian(Eigen::Vector2d(x[i], y[i])).array().isNaN().all(), beyond) << x[i];
+  }
+}
+
 TEST(Mapping, RefusesWhatIsNoMapping) {
   EXPECT_THROW((void)Mapping::from_pixel_aspect(0.0), UsageError);
   EXPECT_THROW((void)Mapping::from_pixel_aspect(std::nan("")), UsageError);
