@@ -148,7 +148,10 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
       if (setting->separator == '\0')
         throw UsageError(where + ": is a list (allowed: one value, " + setting->value + ")");
       std::string joined;
-      for (const auto& value : values) joined += (joined.empty() ? "" : std::string(1, setting->separator)) + value;
+      for (const auto& value : values) {
+        if (!joined.empty()) joined += setting->separator;
+        joined += value;
+      }
       values.assign(1, joined);
     }
     if (setting->path) {

@@ -103,7 +103,7 @@ void fill_grey_values(Vector& p, const std::vector<Sample>& samples) {
 
 bool refine_corner(const ImageView& image, Field field, CornerGuess& guess) {
   const std::vector<Sample> samples = window(image, field, guess);
-  if (samples.size() < 2 * parameter_count) return false;
+  if (samples.size() < std::size_t{2} * parameter_count) return false;
   Vector p = Vector::Zero();
   p[at_x] = guess.position.x();
   p[at_y] = guess.position.y();

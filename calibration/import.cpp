@@ -194,11 +194,10 @@ Calibration parse_foreign_calibration(const std::string& text, const std::string
   KeyReader reader(file, root);
   if (reader.has("vsfind_calibration"))
     throw UsageError(file + ": is a calibration of vsfind already, nothing to import");
-  const auto camera_key = [](const auto& entry) {
-    return entry.first.size() > 3 && entry.first.starts_with("cam") &&
-           entry.first.find_first_not_of("0123456789", 3) == std::string::npos;
+  const auto camera_key = [](const std::string& key) {
+    return key.size() > 3 && key.starts_with("cam") && key.find_first_not_of("0123456789", 3) == std::string::npos;
   };
-  if (std::any_of(root.entries.begin(), root.entries.end(), camera_key)) return from_kalibr(reader, file, options);
+  if (std::any_of(root.keys.begin(), root.keys.end(), camera_key)) return from_kalibr(reader, file, options);
   const std::string stereo = fmt::format("M{}", options.camera + 1);
   if (!first_of(reader, {"camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "k", stereo.c_str()})) {
     throw UsageError(file + ": holds no camera matrix" + known);

@@ -119,12 +119,13 @@ std::vector<double> KeyReader::numbers(const std::string& key, int count) {
 KeyReader KeyReader::map(const std::string& key) { return KeyReader(file_, get(key), path_ + key + "."); }
 
 void KeyReader::refuse_unknown() const {
-  for (const auto& [key, value] : node_->entries) {
+  for (std::size_t i = 0; i < node_->keys.size(); ++i) {
+    const std::string& key = node_->keys[i];
     if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
     std::string allowed;
     for (const std::string& name : known_) allowed += (allowed.empty() ? "" : ", ") + name;
-    throw UsageError(fmt::format("{}:{}: {}{}: unknown key{} (allowed: {})", file_, value.line, path_, shown(key),
-                                 nearest_known(key, known_), allowed));
+    throw UsageError(fmt::format("{}:{}: {}{}: unknown key{} (allowed: {})", file_, node_->items[i].line, path_,
+                                 shown(key), nearest_known(key, known_), allowed));
   }
 }
 

@@ -59,10 +59,11 @@ class Converter {
       if (!entry.first.IsScalar()) throw UsageError(fmt::format("{}:{}: a key must be a word", file_, line));
       const std::string key = entry.first.Scalar();
       if (!seen.insert(key).second) throw UsageError(fmt::format("{}:{}: {}: given twice", file_, line, shown(key)));
-      node.entries.emplace_back(key, convert(entry.second, depth + 1));
+      node.keys.push_back(key);
+      YamlNode& item = node.items.emplace_back(convert(entry.second, depth + 1));
       // Blocks begin below their key, and a value left empty has no place of its own: the key's line is the one to look
       // at.
-      if (node.entries.back().second.kind != YamlNode::Kind::scalar) node.entries.back().second.line = line;
+      if (item.kind != YamlNode::Kind::scalar) item.line = line;
     }
   }
 
@@ -73,8 +74,8 @@ class Converter {
 }  // namespace
 
 const YamlNode* YamlNode::find(const std::string& key) const {
-  for (const auto& [name, value] : entries) {
-    if (name == key) return &value;
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    if (keys[i] == key) return &items[i];
   }
   return nullptr;
 }

@@ -5,21 +5,20 @@
 
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace vsfind {
 
-/// One node: a scalar's text, a list's items or a map's entries in the order of the file.
+/// One node: a scalar's text, or the items of a list or a map in the order of the file.
 struct YamlNode {
   enum class Kind { null, scalar, list, map };
   Kind kind = Kind::null;
   int line = 1;  ///< counted from 1
   std::string text;
   std::vector<YamlNode> items;
-  std::vector<std::pair<std::string, YamlNode>> entries;
+  std::vector<std::string> keys;  ///< of a map: one per item
 
-  /// The entry of a map, or nullptr.
+  /// The item of a map under this key, or nullptr.
   [[nodiscard]] const YamlNode* find(const std::string& key) const;
 };
 

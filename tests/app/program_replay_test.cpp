@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -163,6 +164,20 @@ TEST_F(Replay, OverlaysShowEverySearchedPicture) {
     ++count;
   }
   EXPECT_EQ(count, 8);
+}
+
+TEST_F(Replay, ATerminalSeesProgressWithRateAndTimeLeft) {
+  const std::string program = std::string(VSFIND_PROGRAM) + " replay " + (part_ / "line.y4m") + " --model " +
+                              part_.model() + " --pixel-aspect 1:1 --csv " + (part_ / "rows.csv");
+  // script(1) gives the program a terminal.
+  const auto on_terminal = [&](const std::string& more) {
+    const std::string command = "script -qec '" + program + more + "' /dev/null </dev/null >" + (part_ / "screen");
+    EXPECT_EQ(std::system(command.c_str()), 0);
+    return read_file(part_ / "screen");
+  };
+  EXPECT_THAT(on_terminal(""), AllOf(HasSubstr("\r["), HasSubstr("/8 frames, "), HasSubstr("/s, "), HasSubstr(" left"),
+                                     HasSubstr("8 frames: 7 found")));
+  EXPECT_EQ(on_terminal(" --quiet"), "");
 }
 
 /// A recording that comes through a pipe and never ends by itself: the program waits in the middle.

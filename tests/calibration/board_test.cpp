@@ -268,6 +268,22 @@ TEST(Boards, CombedPicturesAreRefused) {
   }
 }
 
+// Before any fitting the detectors' places are right on average, in frame pixels whatever the lines.
+TEST(Boards, DetectorsCountFrameLines) {
+  const BoardSpec spec = board("chessboard:9x6", 25.0);
+  const Mapping mapping = Mapping::from_lens(camera_lens(), board_poses(spec, 1, 25.0, 480.0)[0]);
+  for (const Field lines : {Field::frame, Field::top, Field::bottom}) {
+    const auto picture = board_picture(spec, mapping, lines);
+    const DetectedGrid grid = detect_grid(picture.view(), lines, spec);
+    ASSERT_EQ(grid.points.size(), 54U) << name(lines);
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const GridPoint& p : grid.points) {
+      mean += (p.frame - mapping.image_from_plane(Eigen::Vector2d(p.column * 25.0, p.row * 25.0))) / 54.0;
+    }
+    EXPECT_LT(mean.norm(), 0.25) << name(lines) << ": " << mean.transpose();
+  }
+}
+
 TEST(Boards, NothingIsFoundWhereThereIsNone) {
   const std::vector<std::byte> grey(std::size_t{640} * 480, std::byte{128});
   for (const char* text : {"chessboard:9x6", "circles:9x7", "charuco:8x6"}) {
