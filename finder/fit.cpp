@@ -2,45 +2,87 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+
+#include "finder/fit_kernels.h"
 
 namespace vsfind {
 
 namespace {
 
-constexpr int most_columns = 12;  // gain, offset, a, b, angle, scale_x, scale_y, blur, four of shading
+constexpr int most_columns = kernels::most_columns - 1;  // gain, offset, a, b, angle, two scales, blur, four of shading
 constexpr double degrees = 180.0 / std::numbers::pi;
 
-/// Which columns of the system are in use, and what they stand for.
+/// Which columns of the system are in use, and what they stand for. Angle and scales are in pattern pixels at the
+/// farthest point, so that all columns are of like size.
 struct Layout {
   int a = 2;
   int b = 3;
   int angle = -1;
   int scale_x = -1;
   int scale_y = -1;
-  int blur = -1;
-  int shading = -1;
   int first_nuisance = 4;  ///< from here on: neither gain nor offset nor pose
   int count = 4;
+  std::array<const float*, kernels::most_columns> columns{};
 
-  explicit Layout(const Freedom& freedom) {
-    if (freedom.angle) angle = count++;
-    if (freedom.scale_x || freedom.common_scale) scale_x = count++;
-    if (freedom.scale_y && !freedom.common_scale) scale_y = count++;
+  Layout(const Freedom& freedom, const PointArrays& points) {
+    columns = {points.value.data(), points.one.data(), points.gradient_x.data(), points.gradient_y.data()};
+    if (freedom.angle) angle = add(nullptr);
+    if (freedom.scale_x || freedom.common_scale) scale_x = add(points.gx_x.data());
+    if (freedom.scale_y && !freedom.common_scale) scale_y = add(points.gy_y.data());
     first_nuisance = count;
-    if (freedom.blur) blur = count++;
+    if (freedom.blur) add(points.laplacian.data());
     if (freedom.shading) {
-      shading = count;
-      count += 4;
+      for (const auto* each : {&points.ramp_x, &points.ramp_y, &points.value_ramp_x, &points.value_ramp_y}) {
+        add(each->data());
+      }
     }
   }
+
+ private:
+  int add(const float* column) {
+    columns[static_cast<std::size_t>(count)] = column;
+    return count++;
+  }
 };
+
+using Coefficients = std::array<double, most_columns>;
+
+/// The solution of a symmetric positive system given as its lower rows (Cholesky); false where it has none.
+bool solve(const double* lower, int n, const double* right, Coefficients& x) {
+  double l[most_columns][most_columns];
+  for (int r = 0; r < n; ++r) {
+    for (int s = 0; s <= r; ++s) {
+      double sum = *lower++;
+      if (r == s) sum += 1e-9 * sum + 1e-12;
+      for (int k = 0; k < s; ++k) sum -= l[r][k] * l[s][k];
+      if (r == s) {
+        if (!(sum > 0.0)) return false;
+        l[r][r] = std::sqrt(sum);
+      } else {
+        l[r][s] = sum / l[s][s];
+      }
+    }
+  }
+  for (int r = 0; r < n; ++r) {
+    double sum = right[r];
+    for (int k = 0; k < r; ++k) sum -= l[r][k] * x[static_cast<std::size_t>(k)];
+    x[static_cast<std::size_t>(r)] = sum / l[r][r];
+  }
+  for (int r = n - 1; r >= 0; --r) {
+    double sum = x[static_cast<std::size_t>(r)];
+    for (int k = r + 1; k < n; ++k) sum -= l[k][r] * x[static_cast<std::size_t>(k)];
+    x[static_cast<std::size_t>(r)] = sum / l[r][r];
+  }
+  return std::all_of(x.begin(), x.begin() + n, [](double each) { return std::isfinite(each); });
+}
 
 /// How much of the pattern's contrast a point may be off while the pose is still rough.
 double rough_part(int iteration) { return iteration == 0 ? 0.6 : iteration == 1 ? 0.45 : 0.35; }
 
-double median_of(std::vector<double>& values) {
+float median_of(std::vector<float>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
@@ -49,219 +91,198 @@ double median_of(std::vector<double>& values) {
 }  // namespace
 
 void PoseFit::read_at(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose) {
-  const auto n = static_cast<std::size_t>(points.size());
-  u_.resize(n);
-  v_.resize(n);
-  image_.resize(n);
-  inside_.resize(n);
-  projection.level_from_pattern(pose, points.x.data(), points.y.data(), points.size(), u_.data(), v_.data());
-  reader.read(u_.data(), v_.data(), points.size(), image_.data(), inside_.data());
+  const std::size_t padded = points.near_x.size();
+  image_.resize(padded);
+  inside_.resize(padded);
+  projection.place(pose, points, places_);
+  reader.read(places_, points.count, image_.data(), inside_.data());
+  std::fill(inside_.begin() + points.count, inside_.end(), 0.0F);
 }
 
 double PoseFit::correlation(const PointArrays& points, const Projection& projection, const Reader& reader,
                             const Pose& pose, double& inside) {
   read_at(points, projection, reader, pose);
-  double n = 0.0;
-  double sum_i = 0.0;
-  double sum_t = 0.0;
-  double sum_ii = 0.0;
-  double sum_tt = 0.0;
-  double sum_it = 0.0;
-  for (std::size_t k = 0; k < image_.size(); ++k) {
-    const double w = inside_[k];
-    const double i = image_[k];
-    const double t = points.value[k];
-    n += w;
-    sum_i += w * i;
-    sum_t += w * t;
-    sum_ii += w * i * i;
-    sum_tt += w * t * t;
-    sum_it += w * i * t;
-  }
-  inside = image_.empty() ? 0.0 : n / static_cast<double>(image_.size());
-  if (n < 4.0) return 0.0;
-  const double variance_i = n * sum_ii - sum_i * sum_i;
-  const double variance_t = n * sum_tt - sum_t * sum_t;
-  constexpr double flat = 0.05;  // grey levels: below, there is nothing to correlate with
-  if (variance_i < flat * n * n || variance_t < flat * n * n) return 0.0;
-  return (n * sum_it - sum_i * sum_t) / std::sqrt(variance_i * variance_t);
+  return correlation_as_read(points, inside);
 }
 
-PoseFit::Line PoseFit::agreeing_line(const PointArrays& points, std::size_t count, double contrast,
-                                     Polarity polarity) const {
+double PoseFit::correlation_as_read(const PointArrays& points, double& inside) const {
+  double sums[6];
+  kernels::correlation_sums(image_.data(), points.value.data(), inside_.data(), points.count, sums);
+  const double n = sums[0];
+  inside = points.count == 0 ? 0.0 : n / points.count;
+  if (n < 4.0) return 0.0;
+  const double variance_i = n * sums[3] - sums[1] * sums[1];
+  const double variance_t = n * sums[4] - sums[2] * sums[2];
+  constexpr double flat = 0.05;  // grey levels: below, there is nothing to correlate with
+  if (variance_i < flat * n * n || variance_t < flat * n * n) return 0.0;
+  return (n * sums[5] - sums[1] * sums[2]) / std::sqrt(variance_i * variance_t);
+}
+
+PoseFit::Line PoseFit::agreeing_line(const PointArrays& points, int trusted, Polarity polarity) {
   Line best;
-  double most = 0.0;
+  const auto count = static_cast<std::size_t>(trusted);
+  const auto contrast = static_cast<float>(points.contrast);
   constexpr std::size_t pairs = 40;
   constexpr std::size_t judges = 64;
   const std::size_t stride = std::max<std::size_t>(1, count / judges);
+  judged_.clear();
+  judged_target_.clear();
+  judged_inside_.clear();
+  for (std::size_t k = 0; k < count; k += stride) {
+    judged_.push_back(image_[k]);
+    judged_target_.push_back(points.value[k]);
+    judged_inside_.push_back(inside_[k]);
+  }
+  const int number = static_cast<int>(judged_.size());
+  for (auto* each : {&judged_, &judged_target_, &judged_inside_}) {
+    each->resize(static_cast<std::size_t>(kernels::padded(number)), 0.0F);
+  }
+  float most = 0.0F;
   std::size_t at = 0;
   for (std::size_t m = 0; m < pairs; ++m) {
     // Two points of clearly different value.
     const std::size_t i = (m * 37 + at) % count;
     std::size_t j = i;
-    double difference = 0.0;
+    float difference = 0.0F;
     for (std::size_t tries = 0; tries < 16 && std::abs(difference) < contrast; ++tries) {
       j = (j + 61 + tries * 7) % count;
       difference = points.value[j] - points.value[i];
-      if (inside_[j] == 0.0) difference = 0.0;
+      if (inside_[j] == 0.0F) difference = 0.0F;
     }
     at += 3;
-    if (inside_[i] == 0.0 || std::abs(difference) < contrast) continue;
-    const double gain = (image_[j] - image_[i]) / difference;
-    if (std::abs(gain) < 0.03 || (polarity == Polarity::same && gain < 0.0) ||
-        (polarity == Polarity::reversed && gain > 0.0)) {
+    if (inside_[i] == 0.0F || std::abs(difference) < contrast) continue;
+    const float gain = (image_[j] - image_[i]) / difference;
+    if (std::abs(gain) < 0.03F || (polarity == Polarity::same && gain < 0.0F) ||
+        (polarity == Polarity::reversed && gain > 0.0F)) {
       continue;
     }
-    const double offset = image_[i] - gain * points.value[i];
-    const double cut = 0.4 * std::abs(gain) * contrast;
-    const double scale = 1.0 / (cut * cut);
-    double agreeing = 0.0;
-    for (std::size_t k = 0; k < count; k += stride) {
-      const double e = image_[k] - gain * points.value[k] - offset;
-      agreeing += inside_[k] * std::max(0.0, 1.0 - e * e * scale);
-    }
+    const float offset = image_[i] - gain * points.value[i];
+    const float cut = 0.4F * std::abs(gain) * contrast;
+    const float agreeing = kernels::agreement(judged_.data(), judged_target_.data(), judged_inside_.data(), number,
+                                              gain, offset, 1.0F / cut);
     if (agreeing > most) {
       most = agreeing;
-      best = {gain, offset};
+      best.gain = static_cast<double>(gain);
+      best.offset = static_cast<double>(offset) - best.gain * points.mean;
     }
   }
   return best;
 }
 
+void PoseFit::update_turn_column(const PointArrays& points, const Pose& pose) {
+  // A turn moves a point of the pattern across the axes by the ratio of the scales.
+  const auto along_y = static_cast<float>(pose.scale_x / pose.scale_y);
+  const auto along_x = static_cast<float>(pose.scale_y / pose.scale_x);
+  const std::size_t padded = points.near_x.size();
+  turn_column_.resize(padded);
+  for (std::size_t k = 0; k < padded; ++k) turn_column_[k] = along_y * points.gy_x[k] - along_x * points.gx_y[k];
+}
+
+float PoseFit::spread_of_residuals(int trusted, double within) {
+  scratch_.clear();
+  const auto limit = static_cast<float>(within);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(trusted); ++k) {
+    const float off = std::abs(residual_[k]);
+    if (inside_[k] > 0.0F && off < limit) scratch_.push_back(off);
+  }
+  return scratch_.empty() ? -1.0F : 1.4826F * median_of(scratch_);
+}
+
 FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, const Reader& reader,
                        const FitOptions& options, Pose& pose) {
   FitResult result;
-  result.covariance.setZero();
-  const Layout layout(options.freedom);
-  const auto n = static_cast<std::size_t>(points.size());
+  Layout layout(options.freedom, points);
   const int columns = layout.count;
-  if (points.size() < columns) return result;
-  const std::size_t trusted = options.trusted > 0 ? std::min(n, static_cast<std::size_t>(options.trusted)) : n;
-  weight_.assign(n, 1.0);
-  residual_.resize(n);
-  columns_.resize(n * most_columns);
-  // The values' mean is taken out: it keeps the system well conditioned.
-  double mean = 0.0;
-  double radius = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    mean += points.value[k];
-    radius = std::max(radius, std::hypot(points.x[k], points.y[k]));
+  if (points.count < columns) return result;
+  const int trusted = options.trusted > 0 ? std::min(points.count, options.trusted) : points.count;
+  const std::size_t padded = points.near_x.size();
+  weight_.resize(padded);
+  residual_.resize(padded);
+  target_.resize(padded);
+  if (options.freedom.common_scale) {
+    growth_column_.resize(padded);
+    for (std::size_t k = 0; k < padded; ++k) growth_column_[k] = points.gx_x[k] + points.gy_y[k];
+    layout.columns[static_cast<std::size_t>(layout.scale_x)] = growth_column_.data();
   }
-  mean /= static_cast<double>(n);
-  double contrast = 0.0;
-  for (std::size_t k = 0; k < n; ++k) contrast += (points.value[k] - mean) * (points.value[k] - mean);
-  contrast = std::sqrt(contrast / static_cast<double>(n));
+  layout.columns[static_cast<std::size_t>(columns)] = target_.data();
+  const double contrast = points.contrast;
   const double level_scale = projection.level_from_plane_jacobian({pose.x, pose.y}).cwiseAbs().maxCoeff() *
                              projection.pitch * std::max(pose.scale_x, pose.scale_y);
+  const auto is_pose = [&](int column) { return column >= layout.a && column < layout.first_nuisance; };
 
   Pose now = pose;
-  using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
-  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
-  Matrix normal(columns, columns);
-  Vector right(columns);
-  Vector solution(columns);
+  Coefficients known{};  // of the picture at the pose: gain, offset and the nuisances; 0 for the pose
+  Coefficients step{};
+  double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
   bool settled = false;
   for (int iteration = 0;; ++iteration) {
+    const bool last = settled || iteration >= options.iterations;
     read_at(points, projection, reader, now);
-    const double skew_x = now.scale_y / now.scale_x;
-    const double skew_y = now.scale_x / now.scale_y;
-    for (std::size_t k = 0; k < n; ++k) {
-      double* c = &columns_[k * most_columns];
-      const double gx = points.gradient_x[k];
-      const double gy = points.gradient_y[k];
-      const double x = points.x[k];
-      const double y = points.y[k];
-      c[0] = points.value[k] - mean;
-      c[1] = 1.0;
-      c[2] = gx;
-      c[3] = gy;
-      if (layout.angle >= 0) c[layout.angle] = gy * skew_y * x - gx * skew_x * y;
-      if (layout.scale_x >= 0) {
-        c[layout.scale_x] = gx * x / now.scale_x;
-        if (options.freedom.common_scale) c[layout.scale_x] += gy * y / now.scale_y;
-      }
-      if (layout.scale_y >= 0) c[layout.scale_y] = gy * y / now.scale_y;
-      if (layout.blur >= 0) c[layout.blur] = points.laplacian[k];
-      if (layout.shading >= 0) {
-        c[layout.shading] = x / radius;
-        c[layout.shading + 1] = y / radius;
-        c[layout.shading + 2] = c[0] * x / radius;
-        c[layout.shading + 3] = c[0] * y / radius;
-      }
+    if (layout.angle >= 0) {
+      update_turn_column(points, now);
+      layout.columns[static_cast<std::size_t>(layout.angle)] = turn_column_.data();
     }
-    // At first a point may be wrong by much of the contrast, since the pose is; step by step it must agree better.
-    const auto weigh = [&](double cut, bool outline) {
-      for (std::size_t k = 0; k < n; ++k) {
-        const double e = residual_[k] / cut;
-        const double keep = std::max(0.0, 1.0 - e * e);
-        weight_[k] = k < trusted || outline ? keep * keep : 0.0;
-      }
+    // Points that disagree lose their weight; those of the outline count once the others have found the way.
+    const auto weigh = [&](const std::vector<float>& off, double cut, bool outline) {
+      kernels::tukey_weights(off.data(), inside_.data(), static_cast<float>(1.0 / cut), points.count, weight_.data());
+      if (!outline) std::fill(weight_.begin() + trusted, weight_.end(), 0.0F);
     };
     if (iteration == 0 && options.robust) {
-      const Line line = agreeing_line(points, trusted, contrast, options.polarity);
+      Line line = options.start;
+      if (line.gain == 0.0) line = agreeing_line(points, trusted, options.polarity);
       if (line.gain == 0.0) return result;
-      for (std::size_t k = 0; k < n; ++k) residual_[k] = image_[k] - line.gain * points.value[k] - line.offset;
-      weigh(0.8 * std::abs(line.gain) * contrast, false);
+      known[0] = line.gain;
+      known[1] = line.offset + line.gain * points.mean;
+    }
+    std::array<float, most_columns> beta{};
+    std::copy(known.begin(), known.end(), beta.begin());
+    kernels::residuals(layout.columns.data(), beta.data(), columns, image_.data(), points.count, target_.data());
+    if (iteration == 0) {
+      if (options.robust) {
+        weigh(target_, 0.8 * std::abs(known[0]) * contrast, false);
+      } else {
+        std::copy(inside_.begin(), inside_.end(), weight_.begin());
+        std::fill(weight_.begin() + trusted, weight_.end(), 0.0F);
+      }
     }
     const bool reweight = options.robust && iteration > 0;
     for (int round = 0; round < (reweight ? 2 : 1); ++round) {
-      normal.setZero();
-      right.setZero();
-      double total = 0.0;
-      for (std::size_t k = 0; k < n; ++k) {
-        const double w = weight_[k] * inside_[k];
-        if (w == 0.0) continue;
-        total += w;
-        const double* c = &columns_[k * most_columns];
-        for (int r = 0; r < columns; ++r) {
-          const double wr = w * c[r];
-          for (int s = 0; s <= r; ++s) normal(r, s) += wr * c[s];
-          right(r) += wr * image_[k];
-        }
-      }
-      if (total < columns + 1) return result;
-      Matrix damped = normal.template selfadjointView<Eigen::Lower>();
-      for (int r = 0; r < columns; ++r) damped(r, r) += 1e-9 * damped(r, r) + 1e-12;
-      solution = damped.ldlt().solve(right);
-      if (!solution.allFinite()) return result;
-
-      const double by_contrast = std::abs(solution(0)) * contrast * rough_part(iteration);
-      scratch_.clear();
-      for (std::size_t k = 0; k < n; ++k) {
-        const double* c = &columns_[k * most_columns];
-        double model = 0.0;
-        for (int r = 0; r < columns; ++r) model += c[r] * solution(r);
-        residual_[k] = image_[k] - model;
-        // What disagrees grossly is hidden, and says nothing about the spread of the rest.
-        const double off = std::abs(residual_[k]);
-        if (inside_[k] > 0.0 && k < trusted && (!options.robust || off < by_contrast)) scratch_.push_back(off);
-      }
-      if (scratch_.size() <= static_cast<std::size_t>(columns)) return result;
-      result.residual = 1.4826 * median_of(scratch_);
-      if (!options.robust) continue;
+      kernels::normal_equations(layout.columns.data(), columns + 1, weight_.data(), points.count, lower);
+      constexpr int of_offset = 2;  // row 1, column 1: the sum of the weights
+      if (lower[of_offset] < columns + 1) return result;
+      if (!solve(lower, columns, lower + columns * (columns + 1) / 2, step)) return result;
+      std::copy(step.begin(), step.end(), beta.begin());
+      kernels::residuals(layout.columns.data(), beta.data(), columns, target_.data(), points.count, residual_.data());
+      const double gain = known[0] + step[0];
+      const double by_contrast = std::abs(gain) * contrast * rough_part(iteration);
       constexpr int rough = 2;
-      const double by_spread = 4.685 * result.residual;
+      const bool settling = options.robust && options.settle && iteration >= rough;
+      if (last || settling) {
+        // What disagrees grossly is hidden, and says nothing about the spread of the rest.
+        const float spread = spread_of_residuals(trusted, options.robust ? by_contrast : 1e30);
+        if (spread < 0.0F) return result;
+        result.residual = static_cast<double>(spread);
+      }
+      if (!options.robust) continue;
       const double least = 4.685 * options.noise_floor;
-      const bool settling = options.settle && iteration >= rough;
-      weigh(std::max(least, settling ? std::min(by_spread, by_contrast) : by_contrast), iteration > 0);
+      weigh(residual_, std::max(least, settling ? std::min(4.685 * result.residual, by_contrast) : by_contrast),
+            iteration > 0);
     }
-    const double gain = solution(0);
+    for (int r = 0; r < columns; ++r) {
+      if (!is_pose(r)) known[static_cast<std::size_t>(r)] += step[static_cast<std::size_t>(r)];
+    }
+    const double gain = known[0];
     if (std::abs(gain) < 1e-3) return result;
-    result.gain = gain;
-    result.offset = solution(1) - gain * mean;
-    if (settled || iteration >= options.iterations) break;
+    if (last) break;
     // β = −g·dp, so dp = −β/g.
-    const double a = -solution(layout.a) / gain;
-    const double b = -solution(layout.b) / gain;
-    const double turn = layout.angle >= 0 ? -solution(layout.angle) / gain : 0.0;
-    const double grow_x = layout.scale_x >= 0 ? -solution(layout.scale_x) / gain : 0.0;
-    const double grow_y = options.freedom.common_scale ? grow_x
-                          : layout.scale_y >= 0        ? -solution(layout.scale_y) / gain
-                                                       : 0.0;
+    const auto moved = [&](int column) { return column < 0 ? 0.0 : -step[static_cast<std::size_t>(column)] / gain; };
+    const double a = moved(layout.a);
+    const double b = moved(layout.b);
+    const double turn = moved(layout.angle);
+    const double grow_x = moved(layout.scale_x);
+    const double grow_y = options.freedom.common_scale ? grow_x : moved(layout.scale_y);
     // No step may leave the neighbourhood in which the linear model means anything.
-    const double reach = std::max({std::hypot(a * now.scale_x, b * now.scale_y), std::abs(turn) * radius,
-                                   std::abs(grow_x) * radius, std::abs(grow_y) * radius}) *
-                         level_scale;
+    const double reach = std::max({std::hypot(a, b), std::abs(turn), std::abs(grow_x), std::abs(grow_y)}) * level_scale;
     constexpr double longest = 2.0;  // level pixels
     const double part = reach > longest ? longest / reach : 1.0;
     const double angle = now.angle_deg / degrees;
@@ -271,61 +292,77 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     const double dv = projection.pitch * now.scale_y * b * part;
     now.x += c * du - s * dv;
     now.y += s * du + c * dv;
-    now.angle_deg += turn * part * degrees;
-    now.scale_x += grow_x * part;
-    now.scale_y += grow_y * part;
+    now.angle_deg += turn / points.radius * part * degrees;
+    now.scale_x *= 1.0 + grow_x / points.radius * part;
+    now.scale_y *= 1.0 + grow_y / points.radius * part;
     if (!(now.scale_x > 0.05 && now.scale_y > 0.05 && now.scale_x < 20.0 && now.scale_y < 20.0)) return result;
     settled = reach < options.step_tolerance;
   }
+  result.gain = known[0];
+  result.offset = known[1] - known[0] * points.mean;
+  std::array<float, most_columns> beta{};
+  std::copy(known.begin(), known.end(), beta.begin());
+  kernels::residuals(layout.columns.data(), beta.data(), columns, image_.data(), points.count, residual_.data());
+  judge_view(points, result);
+  if (options.covariance) {
+    Eigen::MatrixXd normal(columns, columns);
+    const double* at = lower;
+    for (int r = 0; r < columns; ++r) {
+      for (int s = 0; s <= r; ++s) normal(r, s) = normal(s, r) = *at++;
+    }
+    const Eigen::MatrixXd inverse = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
+    const int where[5] = {layout.a, layout.b, layout.angle, layout.scale_x,
+                          options.freedom.common_scale ? layout.scale_x : layout.scale_y};
+    const double unit[5] = {1.0, 1.0, 1.0 / points.radius, now.scale_x / points.radius, now.scale_y / points.radius};
+    for (int r = 0; r < 5; ++r) {
+      for (int s = 0; s < 5; ++s) {
+        if (where[r] < 0 || where[s] < 0) continue;
+        result.covariance(r, s) = unit[r] * unit[s] * inverse(where[r], where[s]) / (result.gain * result.gain);
+      }
+    }
+    if (!inverse.allFinite()) return result;
+  }
+  result.ok = true;
+  now.angle_deg = std::remainder(now.angle_deg, 360.0);
+  pose = now;
+  return result;
+}
 
-  // How the pattern is seen at this pose: what is left of the picture after gain, offset, blur and shading, but not
-  // after a change of the pose.
-  constexpr double tolerated = 0.5;  // of the pattern's contrast, less for the nearer ones
+void PoseFit::judge_view(const PointArrays& points, FitResult& result) const {
+  constexpr float tolerated = 0.5F;  // of the pattern's contrast, less for the nearer ones
   constexpr double visible = 0.35;
-  const double seen_contrast = std::abs(result.gain) * contrast;
-  const double visible_within = std::max(3.0 * result.residual, visible * seen_contrast);
+  const double seen_contrast = std::abs(result.gain) * points.contrast;
+  const auto visible_within = static_cast<float>(std::max(3.0 * result.residual, visible * seen_contrast));
+  const float inverse_cut = 1.0F / (tolerated * static_cast<float>(seen_contrast));
   double weights = 0.0;
   double energy = 0.0;
   double left = 0.0;
   double sum = 0.0;
   double squares = 0.0;
-  for (std::size_t k = 0; k < n; ++k) {
-    if (inside_[k] == 0.0) continue;
-    result.inside += 1.0 / static_cast<double>(n);
-    const double* column = &columns_[k * most_columns];
-    double model = 0.0;
-    for (int r = 0; r < columns; ++r) {
-      if (r < layout.a || r >= layout.first_nuisance) model += column[r] * solution(r);
-    }
-    const double off = image_[k] - model;
-    if (std::abs(off) <= visible_within) result.visible += 1.0 / static_cast<double>(n);
-    const double e = off / (tolerated * seen_contrast);
-    if (std::abs(e) >= 1.0) continue;
-    const double w = (1.0 - e * e) * (1.0 - e * e);
-    weights += w;
-    energy += w * column[0] * column[0];
-    left += w * off * off;
-    sum += w * image_[k];
-    squares += w * image_[k] * image_[k];
+  int inside = 0;
+  int seen = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(points.count); ++k) {
+    if (inside_[k] == 0.0F) continue;
+    ++inside;
+    const float off = residual_[k];
+    if (std::abs(off) <= visible_within) ++seen;
+    const float e = off * inverse_cut;
+    if (std::abs(e) >= 1.0F) continue;
+    const float keep = 1.0F - e * e;
+    const float w = keep * keep;
+    weights += static_cast<double>(w);
+    energy += static_cast<double>(w * points.value[k] * points.value[k]);
+    left += static_cast<double>(w * off * off);
+    sum += static_cast<double>(w * image_[k]);
+    squares += static_cast<double>(w * image_[k] * image_[k]);
   }
+  const double n = points.count;
+  result.inside = inside / n;
+  result.visible = seen / n;
   const double spread = weights > 0.0 ? squares - sum * sum / weights : 0.0;
-  if (spread > 0.0 && contrast > 0.0) {
-    result.explained =
-        std::sqrt(std::max(0.0, 1.0 - left / spread)) * energy / (static_cast<double>(n) * contrast * contrast);
+  if (spread > 0.0 && points.contrast > 0.0) {
+    result.explained = std::sqrt(std::max(0.0, 1.0 - left / spread)) * energy / (n * points.contrast * points.contrast);
   }
-  const Matrix full = normal.template selfadjointView<Eigen::Lower>();
-  const Matrix inverse = full.ldlt().solve(Matrix::Identity(columns, columns));
-  const int at[5] = {layout.a, layout.b, layout.angle, layout.scale_x,
-                     options.freedom.common_scale ? layout.scale_x : layout.scale_y};
-  for (int r = 0; r < 5; ++r) {
-    for (int s = 0; s < 5; ++s) {
-      if (at[r] >= 0 && at[s] >= 0) result.covariance(r, s) = inverse(at[r], at[s]) / (result.gain * result.gain);
-    }
-  }
-  result.ok = inverse.allFinite();
-  now.angle_deg = std::remainder(now.angle_deg, 360.0);
-  pose = now;
-  return result;
 }
 
 }  // namespace vsfind

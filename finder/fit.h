@@ -26,6 +26,12 @@ struct Freedom {
   bool shading = false;       ///< gain and offset that change linearly over the pattern are fitted, and not reported
 };
 
+/// image = gain · pattern + offset.
+struct GreyLine {
+  double gain = 0.0;
+  double offset = 0.0;
+};
+
 struct FitOptions {
   Freedom freedom;
   int iterations = 5;
@@ -35,8 +41,10 @@ struct FitOptions {
   Polarity polarity = Polarity::same;
   double step_tolerance = 0.0;  ///< stop when no point moves by more, level pixels
   double noise_floor = 0.5;     ///< residuals below this never count as disagreement, grey levels
-  int trusted = 0;              ///< the first so many points set the scale of disagreement, and are alone in the first
-                                ///< steps; 0: all points
+  GreyLine start;           ///< to begin with; where its gain is 0, the one that suits the most points is looked for
+  bool covariance = false;  ///< whether it is wanted
+  int trusted = 0;          ///< the first so many points set the scale of disagreement, and are alone in the first
+                            ///< steps; 0: all points
 };
 
 struct FitResult {
@@ -50,8 +58,9 @@ struct FitResult {
   /// half the pattern's contrast, less the nearer to it), times the correlation of those points. Unlike the correlation
   /// of all points it is not spoilt by what hides some of them.
   double explained = 0.0;
-  Eigen::Matrix<double, 5, 5> covariance;  ///< of (a, b, angle, scale_x, scale_y) for independent residuals of 1 grey
-                                           ///< level; a, b: pattern pixels along the pattern's own axes
+  /// Of (a, b, angle, scale_x, scale_y) for independent residuals of 1 grey level; a, b: pattern pixels along the
+  /// pattern's own axes.
+  Eigen::Matrix<double, 5, 5> covariance = Eigen::Matrix<double, 5, 5>::Zero();
 };
 
 /// Scratch memory and the fit itself.
@@ -66,19 +75,26 @@ class PoseFit {
   double correlation(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose,
                      double& inside);
 
+  /// The same for the points as they were read last.
+  [[nodiscard]] double correlation_as_read(const PointArrays& points, double& inside) const;
+
  private:
-  struct Line {
-    double gain = 0.0;
-    double offset = 0.0;
-  };
+  using Line = GreyLine;
   /// Gain and offset that suit the most points as they were read last, whatever hides the others: the best of a few
   /// dozen pairs of points (random sample consensus; the pairs are always the same).
-  [[nodiscard]] Line agreeing_line(const PointArrays& points, std::size_t count, double contrast,
-                                   Polarity polarity) const;
+  [[nodiscard]] Line agreeing_line(const PointArrays& points, int trusted, Polarity polarity);
   void read_at(const PointArrays& points, const Projection& projection, const Reader& reader, const Pose& pose);
+  void update_turn_column(const PointArrays& points, const Pose& pose);
+  /// Robust standard deviation of the residuals nearer than `within`; negative where there are none.
+  [[nodiscard]] float spread_of_residuals(int trusted, double within);
+  /// How the pattern is seen: what is left of the picture after gain, offset, blur and shading, but not after a change
+  /// of the pose.
+  void judge_view(const PointArrays& points, FitResult& result) const;
 
-  std::vector<double> u_, v_, image_, inside_, weight_, residual_, scratch_;
-  std::vector<double> columns_;
+  Places places_;
+  std::vector<float> image_, inside_, weight_, target_, residual_, scratch_;
+  std::vector<float> turn_column_, growth_column_;
+  std::vector<float> judged_, judged_target_, judged_inside_;
 };
 
 }  // namespace vsfind

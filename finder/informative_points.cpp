@@ -38,9 +38,9 @@ Eigen::VectorXd pose_derivatives(const PatternPoint& point, const Freedom& freed
 namespace {
 
 /// Occupied places, in cells of the spacing.
-class Places {
+class Occupied {
  public:
-  Places(const std::vector<PatternPoint>& points, double spacing) : spacing_(spacing) {
+  Occupied(const std::vector<PatternPoint>& points, double spacing) : spacing_(spacing) {
     for (const PatternPoint& p : points) {
       left_ = std::min(left_, p.x);
       top_ = std::min(top_, p.y);
@@ -111,7 +111,7 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
   Eigen::MatrixXd information = j * j.transpose() * (0.01 / static_cast<double>(n));
   information.diagonal().array() += 1e-9 * information.diagonal().maxCoeff() + 1e-12;
 
-  Places places(candidates, spacing);
+  Occupied places(candidates, spacing);
   constexpr int regions = 8;
   constexpr std::size_t all_regions = std::size_t{regions} * regions;
   std::vector<std::size_t> share(all_regions, 0);

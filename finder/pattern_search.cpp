@@ -98,9 +98,9 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
   const std::size_t wanted = options.max_instances == 0 ? 200 : static_cast<std::size_t>(options.max_instances);
   for (int index = p.top_level; index >= (p.top_level == 0 ? 0 : 1); --index) {
     const PointArrays& points = prepared.follow[static_cast<std::size_t>(index)];
-    const Level& level = scene.pyramid->smoothed(index);
+    const Level& level = scene.pyramid->level(index);
     const Projection projection{scene.mapping, &level, p.pitch};
-    const BilinearReader reader(level);
+    const SmoothingReader reader(level);
     FitOptions fit;
     fit.freedom = prepared.freedom;
     fit.freedom.shading = true;
@@ -187,6 +187,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   options.polarity = p.polarity;
   options.iterations = 8;
   options.step_tolerance = 2e-4;
+  options.covariance = true;
   match.pose = candidate.pose;
   FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
   // Where there is no shading, columns for it only cost accuracy: the plain fit is kept if it leaves hardly more.
@@ -205,10 +206,6 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   constexpr double furthest = 8.0;  // full-resolution pixels from where the level above left it
   if (std::hypot(match.pose.x - candidate.pose.x, match.pose.y - candidate.pose.y) > furthest * p.pitch) return false;
 
-  double inside = 0.0;
-  const double signed_score = fit_.correlation(prepared.verify, projection, reader, match.pose, inside);
-  match.score = std::clamp(oriented(signed_score, p.polarity), 0.0, 1.0);
-  match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
   FitOptions seen;
   seen.freedom.shading = true;
   seen.freedom.blur = true;
@@ -216,6 +213,10 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   seen.polarity = p.polarity;
   Pose same = match.pose;
   const FitResult view = fit_.fit(prepared.verify, projection, reader, seen, same);
+  double inside = 0.0;
+  const double signed_score = fit_.correlation_as_read(prepared.verify, inside);
+  match.score = std::clamp(oriented(signed_score, p.polarity), 0.0, 1.0);
+  match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
   match.visible = view.visible;
   candidate.score = view.explained;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));

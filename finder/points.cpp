@@ -1,18 +1,55 @@
 #include "finder/points.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "finder/fit_kernels.h"
+
 namespace vsfind {
 
-PointArrays::PointArrays(const std::vector<PatternPoint>& points) {
+PointArrays::PointArrays(const std::vector<PatternPoint>& points) : count(static_cast<int>(points.size())) {
+  const auto n = static_cast<double>(std::max(1, count));
   for (const PatternPoint& point : points) {
+    mean += static_cast<double>(point.value) / n;
+    middle += Eigen::Vector2d(point.x, point.y) / n;
+    radius = std::max(radius, std::hypot(point.x, point.y));
+  }
+  for (const PatternPoint& point : points) {
+    const double off = static_cast<double>(point.value) - mean;
+    contrast += off * off / n;
+  }
+  contrast = std::sqrt(contrast);
+  const auto add = [](std::vector<float>& to, double number) { to.push_back(static_cast<float>(number)); };
+  for (const PatternPoint& point : points) {
+    const auto gx = static_cast<double>(point.gradient_x);
+    const auto gy = static_cast<double>(point.gradient_y);
+    const double off = static_cast<double>(point.value) - mean;
+    const double part_x = point.x / radius;
+    const double part_y = point.y / radius;
     x.push_back(point.x);
     y.push_back(point.y);
-    value.push_back(static_cast<double>(point.value));
-    gradient_x.push_back(static_cast<double>(point.gradient_x));
-    gradient_y.push_back(static_cast<double>(point.gradient_y));
-    laplacian.push_back(static_cast<double>(point.laplacian));
+    add(near_x, point.x - middle.x());
+    add(near_y, point.y - middle.y());
+    add(value, off);
+    add(one, 1.0);
+    add(gradient_x, gx);
+    add(gradient_y, gy);
+    add(laplacian, static_cast<double>(point.laplacian));
+    add(gx_x, gx * part_x);
+    add(gx_y, gx * part_y);
+    add(gy_x, gy * part_x);
+    add(gy_y, gy * part_y);
+    add(ramp_x, part_x);
+    add(ramp_y, part_y);
+    add(value_ramp_x, off * part_x);
+    add(value_ramp_y, off * part_y);
+  }
+  const auto padded = static_cast<std::size_t>(kernels::padded(count));
+  for (std::vector<double>* each : {&x, &y}) each->resize(padded, 0.0);
+  for (std::vector<float>* each : {&near_x, &near_y, &value, &one, &gradient_x, &gradient_y, &laplacian, &gx_x, &gx_y,
+                                   &gy_x, &gy_y, &ramp_x, &ramp_y, &value_ramp_x, &value_ramp_y}) {
+    each->resize(padded, 0.0F);
   }
 }
 
@@ -23,13 +60,23 @@ Eigen::Matrix2d Projection::level_from_plane_jacobian(const Eigen::Vector2d& pla
   return jacobian;
 }
 
-void Projection::level_from_pattern(const Pose& pose, const double* x, const double* y, int count, double* u,
-                                    double* v) const {
+namespace {
+
+/// Plane coordinates from pattern pixels, without the shift.
+Eigen::Matrix2d turn_of(const Pose& pose, double pitch) {
   const double angle = pose.angle_deg * std::numbers::pi / 180.0;
   const double c = std::cos(angle) * pitch;
   const double s = std::sin(angle) * pitch;
   Eigen::Matrix2d turn;
   turn << c * pose.scale_x, -s * pose.scale_y, s * pose.scale_x, c * pose.scale_y;
+  return turn;
+}
+
+}  // namespace
+
+void Projection::level_from_pattern(const Pose& pose, const double* x, const double* y, int count, double* u,
+                                    double* v) const {
+  const Eigen::Matrix2d turn = turn_of(pose, pitch);
   const Eigen::Vector2d plane(pose.x, pose.y);
   if (mapping->affine()) {
     const Eigen::Matrix2d m = level_from_plane_jacobian(plane) * turn;
@@ -45,6 +92,39 @@ void Projection::level_from_pattern(const Pose& pose, const double* x, const dou
   for (std::size_t i = 0; i < n; ++i) {
     u[i] = (u[i] - level->offset_x) / level->step_x;
     v[i] = (v[i] - level->offset_y) / level->step_y;
+  }
+}
+
+void Projection::place(const Pose& pose, const PointArrays& points, Places& places) const {
+  const std::size_t n = points.x.size();
+  places.u.resize(n);
+  places.v.resize(n);
+  const Eigen::Matrix2d turn = turn_of(pose, pitch);
+  const Eigen::Vector2d plane(pose.x, pose.y);
+  const Eigen::Vector2d middle = level->level_from_image(mapping->image_from_plane(plane + turn * points.middle));
+  // Far outside any picture, or not shown at all: nothing will be read.
+  constexpr double farthest = 1e6;
+  if (!(std::abs(middle.x()) < farthest && std::abs(middle.y()) < farthest)) {
+    std::fill(places.u.begin(), places.u.end(), std::nanf(""));
+    std::fill(places.v.begin(), places.v.end(), std::nanf(""));
+    return;
+  }
+  places.base_x = static_cast<int>(std::lround(middle.x()));
+  places.base_y = static_cast<int>(std::lround(middle.y()));
+  if (mapping->affine()) {
+    const Eigen::Matrix2d m = level_from_plane_jacobian(plane) * turn;
+    const float line[6] = {
+        static_cast<float>(m(0, 0)), static_cast<float>(m(0, 1)), static_cast<float>(middle.x() - places.base_x),
+        static_cast<float>(m(1, 0)), static_cast<float>(m(1, 1)), static_cast<float>(middle.y() - places.base_y)};
+    kernels::project(points.near_x.data(), points.near_y.data(), points.count, line, places.u.data(), places.v.data());
+    return;
+  }
+  places.image_u.resize(n);
+  places.image_v.resize(n);
+  mapping->image_from_local({turn, plane}, points.x, points.y, places.image_u, places.image_v);
+  for (std::size_t i = 0; i < n; ++i) {
+    places.u[i] = static_cast<float>((places.image_u[i] - level->offset_x) / level->step_x - places.base_x);
+    places.v[i] = static_cast<float>((places.image_v[i] - level->offset_y) / level->step_y - places.base_y);
   }
 }
 

@@ -63,14 +63,6 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
   Freedom unshaded = fine_freedom();
   unshaded.shading = false;
   inflation = inflation_of(fine, unshaded);
-  double sum = 0.0;
-  double squares = 0.0;
-  for (const double value : verify.value) {
-    sum += value;
-    squares += value * value;
-  }
-  const double n = std::max(1, verify.size());
-  contrast = std::sqrt(std::max(0.0, squares / n - (sum / n) * (sum / n)));
   CoarseGrid grid{angle_deg, scale_x, scale_y, p.common_scale, p.angle_step_deg, p.scale_step};
   hypotheses = vsfind::hypotheses(grid);
 }

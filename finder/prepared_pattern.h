@@ -20,7 +20,6 @@ struct PreparedPattern {
   PointArrays refine;               ///< then the outline points
   int trusted = 0;                  ///< how many of them are refine points
   PointArrays verify;
-  double contrast = 0.0;  ///< standard deviation of the verify points' values
   std::vector<Hypothesis> hypotheses;
   Range angle_deg;  ///< searched
   Range scale_x;

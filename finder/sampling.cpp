@@ -2,7 +2,51 @@
 
 #include <cmath>
 
+#include "finder/fit_kernels.h"
+
 namespace vsfind {
+
+namespace {
+
+kernels::ReadPlane plane_around(const std::byte* data, std::ptrdiff_t stride, int width, int height, int pixel_bytes,
+                                const Places& places) {
+  kernels::ReadPlane plane;
+  plane.base = data + places.base_y * stride + static_cast<std::ptrdiff_t>(places.base_x) * pixel_bytes;
+  plane.stride = stride;
+  plane.left = static_cast<float>(-places.base_x);
+  plane.top = static_cast<float>(-places.base_y);
+  plane.right = static_cast<float>(width - 1 - places.base_x);
+  plane.bottom = static_cast<float>(height - 1 - places.base_y);
+  return plane;
+}
+
+kernels::ReadPlane plane_around(const Level& level, const Places& places) {
+  return plane_around(reinterpret_cast<const std::byte*>(level.data), level.stride, level.width, level.height, 1,
+                      places);
+}
+
+/// From the pixels of a picture to 0 … 255.
+double scale_of(const ImageView& image) {
+  return 255.0 / (image.bits > 8 ? 255.0 * std::ldexp(1.0, image.bits - 8) : 255.0);
+}
+
+}  // namespace
+
+void BilinearReader::read(const Places& places, int count, float* out, float* inside) const {
+  kernels::read_bilinear(plane_around(level_, places), places.u.data(), places.v.data(), count, out, inside);
+}
+
+void SmoothingReader::read(const Places& places, int count, float* out, float* inside) const {
+  kernels::read_smoothed(plane_around(level_, places), places.u.data(), places.v.data(), count, out, inside);
+}
+
+void GaussianReader::read(const Places& places, int count, float* out, float* inside) const {
+  const int bytes = image_.bits > 8 ? 2 : 1;
+  kernels::read_gaussian(plane_around(image_.data, image_.stride, image_.width, image_.height, bytes, places), bytes,
+                         static_cast<float>(-0.5 / (sigma_x_ * sigma_x_)),
+                         static_cast<float>(-0.5 / (sigma_y_ * sigma_y_)), static_cast<float>(scale_of(image_)),
+                         places.u.data(), places.v.data(), count, out, inside);
+}
 
 void BilinearReader::read(const double* u, const double* v, int count, double* out, double* inside) const {
   const double last_u = level_.width - 1;
@@ -65,7 +109,7 @@ double weighted_sum(const ImageView& image, int x, int y, const double* wx, cons
 }  // namespace
 
 void GaussianReader::read(const double* u, const double* v, int count, double* out, double* inside) const {
-  const double scale = 255.0 / (image_.bits > 8 ? 255.0 * std::ldexp(1.0, image_.bits - 8) : 255.0);
+  const double scale = scale_of(image_);
   double wx[taps];
   double wy[taps];
   for (int i = 0; i < count; ++i) {
