@@ -1,7 +1,12 @@
 #pragma once
 /// @file
 /// The exhaustive search at the top of the pyramid: every position, every hypothesis, a few dozen points each.
+///
+/// Two passes. The first takes at every position the hypothesis whose correlation sum is highest, in 8-bit integers and
+/// without regard to the picture's contrast: the points' weights sum to zero, so brightness cancels, and contrast is
+/// much the same for all hypotheses of one place. The second normalizes exactly, at the local maxima that are left.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -12,12 +17,17 @@
 
 namespace vsfind {
 
-/// The points of the exhaustive search, values quantized so that all sums are exact integers.
+/// Most points of one pattern: all sums fit 32 bits then.
+inline constexpr int most_coarse_points = 128;
+/// Most hypotheses that are told apart.
+inline constexpr std::size_t most_hypotheses = 65535;
+
+/// The points of the exhaustive search in their order of choice, values quantized so that all sums are exact integers.
 struct CoarsePoints {
-  std::vector<double> x;  ///< pattern pixels from the origin; an even number of points, at most kernels::max_points
+  std::vector<double> x;  ///< pattern pixels from the origin; an even number of points
   std::vector<double> y;
   std::vector<std::int16_t> weight;  ///< −127 … 127
-  std::vector<std::int16_t> weight_squared;
+  std::vector<std::int8_t> first;    ///< of the first pass: the first points' weights, summing to zero
   double anchor_x = 0.0;  ///< middle of the points: positions are scanned for it, so that a far origin costs nothing
   double anchor_y = 0.0;
 
@@ -34,11 +44,11 @@ struct CoarseCandidate {
 /// What is looked for, and where.
 struct CoarseTask {
   const CoarsePoints* points = nullptr;
-  const std::vector<Hypothesis>* hypotheses = nullptr;
-  Projection projection;  ///< level: the one searched, smoothed
+  const std::vector<Hypothesis>* hypotheses = nullptr;  ///< at most most_hypotheses
+  Projection projection;                                ///< level: the one searched, smoothed
   Polarity polarity = Polarity::same;
   float threshold = 0.5F;       ///< candidates below are left out
-  float min_inside = 0.6F;      ///< part of the points that must lie in the picture
+  float min_inside = 0.5F;      ///< part of the points that must lie in the picture
   std::size_t most = 64;        ///< candidates at the most
   const Roi* region = nullptr;  ///< frame pixels for the origin
 };
@@ -50,16 +60,55 @@ class CoarseSearch {
   void run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out);
 
  private:
-  void prepare_plane(const Level& level, int margin);
+  /// Where the points of one hypothesis fall, relative to the anchor.
+  struct Copy {
+    std::vector<std::int16_t> du, dv;     ///< whole level pixels
+    std::vector<std::ptrdiff_t> offsets;  ///< the same in the plane
+    int left = 0;
+    int right = 0;
+    int top = 0;
+    int bottom = 0;
+    Eigen::Vector2d origin{0.0, 0.0};  ///< of the pattern relative to the anchor, level pixels
+    // Where points lie outside the picture, in the order of `best_`: kernels::best_dots_inside().
+    std::vector<std::int16_t> factors, shifts;
+  };
+  /// Positions of the anchor that are tried, level pixels, ends included.
+  struct Window {
+    int left = 0;
+    int right = 0;
+    int top = 0;
+    int bottom = 0;
+  };
+  struct Peak {
+    float score = 0.0F;
+    int u = 0;
+    int v = 0;
+  };
 
-  std::vector<std::uint8_t> plane_;  // the level with a margin of 128 all around
-  std::vector<std::uint8_t> mask_;   // 129 where the plane has a picture, 128 around it
+  void prepare_copies(const CoarseTask& task);
+  void prepare_factors(const CoarsePoints& points, float min_inside, Copy& copy) const;
+  void prepare_plane(const Level& level);
+  [[nodiscard]] Window window_of(const CoarseTask& task, const Copy& copy) const;
+  void first_pass(const CoarseTask& task, int first_row, int end_row);
+  void second_pass(const CoarseTask& task);
+  [[nodiscard]] float correlation(const CoarseTask& task, const Copy& copy, int u, int v) const;
+
+  std::vector<Copy> copies_;
+  std::vector<Window> windows_;
+  // What the copies were made for.
+  const CoarsePoints* copied_points_ = nullptr;
+  const std::vector<Hypothesis>* copied_hypotheses_ = nullptr;
+  Eigen::Matrix2d copied_slope_ = Eigen::Matrix2d::Zero();
+
+  std::vector<std::uint8_t> plane_;  // the level's contrast stretched to 7 bits, 0 all around
   int width_ = 0;
   int height_ = 0;
   int margin_ = 0;
   std::ptrdiff_t stride_ = 0;
-  std::vector<float> best_;
+  int row_ = 0;  // entries of a row of the two arrays below
+  std::vector<std::int16_t> best_;
   std::vector<std::uint16_t> which_;
+  std::vector<Peak> peaks_;
 };
 
 }  // namespace vsfind

@@ -13,7 +13,8 @@ HWY_BEFORE_NAMESPACE();
 namespace vsfind::kernels::HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR
 
-using scalar::correlate_row;
+using scalar::best_dots;
+using scalar::best_dots_inside;
 using scalar::halve_both;
 using scalar::halve_x;
 using scalar::halve_y;
@@ -25,8 +26,6 @@ namespace hn = hwy::HWY_NAMESPACE;
 // 256 bits at most: wider registers gain nothing on rows this short.
 using BytesTag = hn::CappedTag<std::uint8_t, 32>;
 using WordsTag = hn::CappedTag<std::int16_t, 16>;
-using HalfBytesTag = hn::CappedTag<std::uint8_t, 16>;
-using SumsTag = hn::CappedTag<std::int32_t, 8>;
 
 void halve_both(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count) {
   const BytesTag bytes;
@@ -73,81 +72,88 @@ void halve_y(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, in
   if (i < count) scalar::halve_y(a + i, b + i, out + i, static_cast<int>(count - i));
 }
 
-#if HWY_ARCH_X86 && HWY_TARGET != HWY_EMU128
-
-// Two points at a time: their pixels are interleaved, so that one multiply-add of pairs serves both.
-void correlate_row(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int16_t* weights, int points,
-                   int count, std::int32_t* sum, std::int32_t* square, std::int32_t* dot) {
+/// Neighbouring products summed: out[i] = a[2i]·b[2i] + a[2i+1]·b[2i+1]. Pixels of 7 bits: no sum leaves 16 bits.
+template <class Bytes, class SignedBytes>
+auto pair_products(Bytes pixels, SignedBytes weights) {
+#if HWY_TARGET == HWY_AVX2 || HWY_TARGET == HWY_AVX3 || HWY_TARGET == HWY_AVX3_DL
+  return hn::Vec256<std::int16_t>{_mm256_maddubs_epi16(pixels.raw, weights.raw)};
+#elif HWY_TARGET == HWY_SSE4 || HWY_TARGET == HWY_SSSE3
+  return hn::Vec128<std::int16_t>{_mm_maddubs_epi16(pixels.raw, weights.raw)};
+#else
   const WordsTag words;
-  const SumsTag sums;
-  const hn::Rebind<std::uint8_t, WordsTag> bytes;
-  const int lanes = static_cast<int>(hn::Lanes(words));
-  const int half = lanes / 2;
-  const auto centre = hn::Set(words, std::int16_t{128});
+  const auto p = hn::BitCast(words, pixels);
+  const auto w = hn::BitCast(words, weights);
+  const auto even = hn::Mul(hn::And(p, hn::Set(words, std::int16_t{0xFF})), hn::ShiftRight<8>(hn::ShiftLeft<8>(w)));
+  return hn::Add(even, hn::Mul(hn::ShiftRight<8>(p), hn::ShiftRight<8>(w)));
+#endif
+}
+
+/// best_dots() with or without what points outside the picture want.
+template <bool inside>
+void best_dots_of(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+                  int count, Polarity polarity, const std::int16_t* factor, const std::int16_t* shift, std::uint16_t id,
+                  std::int16_t* best, std::uint16_t* which) {
+  const BytesTag bytes;
+  const hn::RepartitionToWide<BytesTag> unsigned_words;
+  const hn::RebindToSigned<BytesTag> signed_bytes;
+  const hn::RebindToSigned<decltype(unsigned_words)> words;
+  const int lanes = static_cast<int>(hn::Lanes(bytes));
+  const auto ids = hn::Set(unsigned_words, id);
+  const auto ones = hn::Set(signed_bytes, std::int8_t{1});
   for (int p = 0; p < count; p += lanes) {
-    auto total = hn::Zero(words);
-    auto square_a = hn::Zero(sums);
-    auto square_b = hn::Zero(sums);
-    auto dot_a = hn::Zero(sums);
-    auto dot_b = hn::Zero(sums);
-    auto unused = hn::Zero(sums);
+    auto low = hn::Zero(words);
+    auto high = hn::Zero(words);
+    auto low_sum = hn::Zero(words);
+    auto high_sum = hn::Zero(words);
     const std::uint8_t* at = base + p;
+    // Two points at a time: their pixels are interleaved, so that one multiply-add of pairs serves both.
     for (int i = 0; i < points; i += 2) {
-      const auto v0 = hn::Sub(hn::PromoteTo(words, hn::LoadU(bytes, at + offsets[i])), centre);
-      const auto v1 = hn::Sub(hn::PromoteTo(words, hn::LoadU(bytes, at + offsets[i + 1])), centre);
-      total = hn::Add(total, hn::Add(v0, v1));
-      const auto low = hn::InterleaveLower(words, v0, v1);
-      const auto high = hn::InterleaveUpper(words, v0, v1);
-      std::int32_t pair = 0;
+      const auto v0 = hn::LoadU(bytes, at + offsets[i]);
+      const auto v1 = hn::LoadU(bytes, at + offsets[i + 1]);
+      std::uint16_t pair = 0;
       std::memcpy(&pair, weights + i, sizeof pair);
-      const auto weight = hn::BitCast(words, hn::Set(sums, pair));
-      square_a = hn::ReorderWidenMulAccumulate(sums, low, low, square_a, unused);
-      square_b = hn::ReorderWidenMulAccumulate(sums, high, high, square_b, unused);
-      dot_a = hn::ReorderWidenMulAccumulate(sums, low, weight, dot_a, unused);
-      dot_b = hn::ReorderWidenMulAccumulate(sums, high, weight, dot_b, unused);
+      const auto weight = hn::BitCast(signed_bytes, hn::Set(unsigned_words, pair));
+      const auto first = hn::InterleaveLower(bytes, v0, v1);
+      const auto second = hn::InterleaveUpper(bytes, v0, v1);
+      low = hn::Add(low, pair_products(first, weight));
+      high = hn::Add(high, pair_products(second, weight));
+      if constexpr (inside) {
+        low_sum = hn::Add(low_sum, pair_products(first, ones));
+        high_sum = hn::Add(high_sum, pair_products(second, ones));
+      }
     }
     // Interleaving works inside 128-bit blocks: put the halves back in order.
-    const auto store = [&](auto a, auto b, std::int32_t* out) {
-      if (lanes == 16) {
-        hn::StoreU(hn::ConcatLowerLower(sums, b, a), sums, out + p);
-        hn::StoreU(hn::ConcatUpperUpper(sums, b, a), sums, out + p + half);
-      } else {
-        hn::StoreU(a, sums, out + p);
-        hn::StoreU(b, sums, out + p + half);
+    const auto lower = [&](auto a, auto b) { return lanes == 32 ? hn::ConcatLowerLower(words, b, a) : a; };
+    const auto upper = [&](auto a, auto b) { return lanes == 32 ? hn::ConcatUpperUpper(words, b, a) : b; };
+    const auto keep = [&](auto dots, auto sums, int from) {
+      auto scores = hn::ShiftRight<2>(dots);
+      if constexpr (inside) {
+        scores = hn::Sub(hn::MulHigh(dots, hn::LoadU(words, factor + from)),
+                         hn::MulHigh(hn::ShiftLeft<2>(sums), hn::LoadU(words, shift + from)));
       }
+      if (polarity == Polarity::reversed) scores = hn::Neg(scores);
+      if (polarity == Polarity::any) scores = hn::Abs(scores);
+      const auto before = hn::LoadU(words, best + from);
+      const auto better = hn::Gt(scores, before);
+      hn::StoreU(hn::IfThenElse(better, scores, before), words, best + from);
+      const auto other = hn::LoadU(unsigned_words, which + from);
+      hn::StoreU(hn::IfThenElse(hn::RebindMask(unsigned_words, better), ids, other), unsigned_words, which + from);
     };
-    store(square_a, square_b, square);
-    store(dot_a, dot_b, dot);
-    hn::StoreU(hn::PromoteTo(sums, hn::LowerHalf(total)), sums, sum + p);
-    hn::StoreU(hn::PromoteTo(sums, hn::UpperHalf(hn::Half<WordsTag>(), total)), sums, sum + p + half);
+    keep(lower(low, high), lower(low_sum, high_sum), p);
+    keep(upper(low, high), upper(low_sum, high_sum), p + lanes / 2);
   }
 }
 
-#else
-
-void correlate_row(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int16_t* weights, int points,
-                   int count, std::int32_t* sum, std::int32_t* square, std::int32_t* dot) {
-  const SumsTag sums;
-  const hn::Rebind<std::uint8_t, SumsTag> bytes;
-  const int lanes = static_cast<int>(hn::Lanes(sums));
-  const auto centre = hn::Set(sums, 128);
-  for (int p = 0; p < count; p += lanes) {
-    auto s = hn::Zero(sums);
-    auto q = hn::Zero(sums);
-    auto d = hn::Zero(sums);
-    for (int i = 0; i < points; ++i) {
-      const auto v = hn::Sub(hn::PromoteTo(sums, hn::LoadU(bytes, base + p + offsets[i])), centre);
-      s = hn::Add(s, v);
-      q = hn::Add(q, hn::Mul(v, v));
-      d = hn::Add(d, hn::Mul(v, hn::Set(sums, weights[i])));
-    }
-    hn::StoreU(s, sums, sum + p);
-    hn::StoreU(q, sums, square + p);
-    hn::StoreU(d, sums, dot + p);
-  }
+void best_dots(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+               int count, Polarity polarity, std::uint16_t id, std::int16_t* best, std::uint16_t* which) {
+  best_dots_of<false>(base, offsets, weights, points, count, polarity, nullptr, nullptr, id, best, which);
 }
 
-#endif
+void best_dots_inside(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+                      int count, Polarity polarity, const std::int16_t* factor, const std::int16_t* shift,
+                      std::uint16_t id, std::int16_t* best, std::uint16_t* which) {
+  best_dots_of<true>(base, offsets, weights, points, count, polarity, factor, shift, id, best, which);
+}
 
 #endif  // HWY_TARGET == HWY_SCALAR
 
@@ -162,7 +168,8 @@ namespace vsfind::kernels {
 HWY_EXPORT(halve_both);
 HWY_EXPORT(halve_x);
 HWY_EXPORT(halve_y);
-HWY_EXPORT(correlate_row);
+HWY_EXPORT(best_dots);
+HWY_EXPORT(best_dots_inside);
 HWY_EXPORT(target_name);
 
 void halve_both(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count) {
@@ -172,9 +179,15 @@ void halve_x(const std::uint8_t* a, std::uint8_t* out, int count) { HWY_DYNAMIC_
 void halve_y(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count) {
   HWY_DYNAMIC_DISPATCH(halve_y)(a, b, out, count);
 }
-void correlate_row(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int16_t* weights, int points,
-                   int count, std::int32_t* sum, std::int32_t* square, std::int32_t* dot) {
-  HWY_DYNAMIC_DISPATCH(correlate_row)(base, offsets, weights, points, count, sum, square, dot);
+void best_dots(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+               int count, Polarity polarity, std::uint16_t id, std::int16_t* best, std::uint16_t* which) {
+  HWY_DYNAMIC_DISPATCH(best_dots)(base, offsets, weights, points, count, polarity, id, best, which);
+}
+void best_dots_inside(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+                      int count, Polarity polarity, const std::int16_t* factor, const std::int16_t* shift,
+                      std::uint16_t id, std::int16_t* best, std::uint16_t* which) {
+  HWY_DYNAMIC_DISPATCH(best_dots_inside)
+  (base, offsets, weights, points, count, polarity, factor, shift, id, best, which);
 }
 const char* target_name() { return HWY_DYNAMIC_DISPATCH(target_name)(); }
 

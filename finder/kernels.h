@@ -6,10 +6,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "finder/pose.h"
+
 namespace vsfind::kernels {
 
-/// Most points of one correlation: the sums below cannot overflow then.
-inline constexpr int max_points = 128;
+/// Positions that best_dots() handles at a time.
+inline constexpr int dot_block = 32;
+/// Most that the weights of best_dots() may sum to, signs left out: 7-bit pixels times these fit 16 bits.
+inline constexpr int most_weight = 32767 / 127;
 /// Bytes that a kernel may read beyond the last pixel that it needs.
 inline constexpr int read_slack = 64;
 
@@ -20,11 +24,19 @@ void halve_x(const std::uint8_t* a, std::uint8_t* out, int count);
 /// Halves a row pair along y: out[i] = mean of a[i], b[i], rounded.
 void halve_y(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count);
 
-/// Sparse correlation for `count` neighbouring positions. With v(i,p) = base[p + offsets[i]] − 128:
-///   sum[p] = Σ v,  square[p] = Σ v²,  dot[p] = Σ weights[i]·v      over i < points, |weights| <= 127.
-/// `points` is even and at most max_points. The outputs need room for `count` rounded up to a multiple of 32.
-void correlate_row(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int16_t* weights, int points,
-                   int count, std::int32_t* sum, std::int32_t* square, std::int32_t* dot);
+/// Sparse correlation for `count` neighbouring positions, count rounded up to dot_block, of a plane of 7-bit pixels
+/// (0 … 127). With dot[p] = Σ weights[i]·base[p + offsets[i]] over i < points, an even number, and score[p] = dot[p] /
+/// 4 rounded down, its sign turned as `polarity` says: where that is more than best[p], best[p] becomes it and which[p]
+/// becomes `id`.
+void best_dots(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+               int count, Polarity polarity, std::uint16_t id, std::int16_t* best, std::uint16_t* which);
+
+/// The same where points may lie outside the picture, the plane being 0 there. With sum[p] = Σ base[p + offsets[i]]
+/// (at most most_sum_points of them), score[p] = (dot[p]·factor[p] >> 16) − (4·sum[p]·shift[p] >> 16).
+void best_dots_inside(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+                      int count, Polarity polarity, const std::int16_t* factor, const std::int16_t* shift,
+                      std::uint16_t id, std::int16_t* best, std::uint16_t* which);
+inline constexpr int most_sum_points = 64;
 
 /// The name of the instruction set in use, for the log.
 [[nodiscard]] const char* target_name();
@@ -33,8 +45,11 @@ namespace scalar {
 void halve_both(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count);
 void halve_x(const std::uint8_t* a, std::uint8_t* out, int count);
 void halve_y(const std::uint8_t* a, const std::uint8_t* b, std::uint8_t* out, int count);
-void correlate_row(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int16_t* weights, int points,
-                   int count, std::int32_t* sum, std::int32_t* square, std::int32_t* dot);
+void best_dots(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+               int count, Polarity polarity, std::uint16_t id, std::int16_t* best, std::uint16_t* which);
+void best_dots_inside(const std::uint8_t* base, const std::ptrdiff_t* offsets, const std::int8_t* weights, int points,
+                      int count, Polarity polarity, const std::int16_t* factor, const std::int16_t* shift,
+                      std::uint16_t id, std::int16_t* best, std::uint16_t* which);
 }  // namespace scalar
 
 }  // namespace vsfind::kernels

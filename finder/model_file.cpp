@@ -11,7 +11,7 @@
 #include <sstream>
 
 #include "acquisition/errors.h"
-#include "finder/kernels.h"
+#include "finder/coarse_search.h"
 
 namespace vsfind {
 
@@ -166,7 +166,7 @@ PointSet set_from(const ModelReader& reader) {
   set.use = use_from(reader);
   const Json& points = reader.at("points");
   const bool searched = set.use == PointUse::search;
-  const std::size_t most = searched ? static_cast<std::size_t>(kernels::max_points) : most_points;
+  const std::size_t most = searched ? static_cast<std::size_t>(most_coarse_points) : most_points;
   if (!points.is_array() || points.size() > most || (searched && (points.size() % 2 != 0 || points.size() < 4))) {
     reader.fail("points",
                 fmt::format("is not a list of at most {} points{}", most, searched ? ", an even number" : ""));

@@ -40,43 +40,64 @@ TEST(Kernels, HalvingEqualsTheScalarTwin) {
   }
 }
 
-TEST(Kernels, CorrelationEqualsTheScalarTwin) {
+/// Weights as the coarse search makes them: their absolute values sum to no more than most_weight.
+std::vector<std::int8_t> some_weights(int points, std::mt19937_64& random) {
+  std::vector<std::int8_t> weights;
+  const int most = most_weight / points;
+  for (int i = 0; i < points; ++i) {
+    weights.push_back(
+        static_cast<std::int8_t>(static_cast<int>(random() % static_cast<unsigned>(2 * most + 1)) - most));
+  }
+  return weights;
+}
+
+TEST(Kernels, DotsEqualTheScalarTwin) {
   std::mt19937_64 random(3);
   for (const int count : lengths) {
-    for (const int points : {2, 24, 58, max_points}) {
-      const auto picture = noise(40000, static_cast<std::uint64_t>(count * points));
+    for (const int points : {2, 24, 40, most_sum_points}) {
+      auto plane = noise(40000, static_cast<std::uint64_t>(count * points));
+      for (std::uint8_t& pixel : plane) pixel &= 127U;
+      const std::vector<std::int8_t> weights = some_weights(points, random);
       std::vector<std::ptrdiff_t> offsets;
-      std::vector<std::int16_t> weights;
-      for (int i = 0; i < points; ++i) {
-        offsets.push_back(static_cast<std::ptrdiff_t>(random() % 38000));
-        weights.push_back(static_cast<std::int16_t>(static_cast<int>(random() % 255) - 127));
+      for (int i = 0; i < points; ++i) offsets.push_back(static_cast<std::ptrdiff_t>(random() % 38000));
+      const auto room = static_cast<std::size_t>((count + dot_block - 1) / dot_block * dot_block);
+      std::vector<std::int16_t> factor(room), shift(room);
+      for (std::size_t p = 0; p < room; ++p) {
+        factor[p] = static_cast<std::int16_t>(random() % 32768);
+        shift[p] = static_cast<std::int16_t>(static_cast<int>(random() % 16384) - 8192);
       }
-      const auto room = static_cast<std::size_t>((count + 31) / 32 * 32);
-      std::vector<std::int32_t> sum(room), square(room), dot(room), slow_sum(room), slow_square(room), slow_dot(room);
-      correlate_row(picture.data() + 3, offsets.data(), weights.data(), points, count, sum.data(), square.data(),
-                    dot.data());
-      scalar::correlate_row(picture.data() + 3, offsets.data(), weights.data(), points, count, slow_sum.data(),
-                            slow_square.data(), slow_dot.data());
-      for (std::size_t p = 0; p < static_cast<std::size_t>(count); ++p) {
-        ASSERT_EQ(sum[p], slow_sum[p]) << "position " << p << " of " << count << ", " << points << " points";
-        ASSERT_EQ(square[p], slow_square[p]);
-        ASSERT_EQ(dot[p], slow_dot[p]);
+      for (const Polarity polarity : {Polarity::same, Polarity::reversed, Polarity::any}) {
+        std::vector<std::int16_t> best(room, 0), slow_best(room, 0);
+        std::vector<std::uint16_t> which(room, 9), slow_which(room, 9);
+        // Twice, from another place: what was better before must stay.
+        for (const std::uint16_t id : {std::uint16_t{1}, std::uint16_t{65535}}) {
+          const std::uint8_t* base = plane.data() + 3 + id % 7;
+          best_dots(base, offsets.data(), weights.data(), points, count, polarity, id, best.data(), which.data());
+          scalar::best_dots(base, offsets.data(), weights.data(), points, count, polarity, id, slow_best.data(),
+                            slow_which.data());
+          ASSERT_EQ(best, slow_best) << count << " positions, " << points << " points, " << vsfind::name(polarity);
+          ASSERT_EQ(which, slow_which);
+        }
+        best_dots_inside(plane.data() + 11, offsets.data(), weights.data(), points, count, polarity, factor.data(),
+                         shift.data(), 2, best.data(), which.data());
+        scalar::best_dots_inside(plane.data() + 11, offsets.data(), weights.data(), points, count, polarity,
+                                 factor.data(), shift.data(), 2, slow_best.data(), slow_which.data());
+        ASSERT_EQ(best, slow_best) << count << " positions, " << points << " points, " << vsfind::name(polarity);
+        ASSERT_EQ(which, slow_which);
       }
     }
   }
 }
 
-TEST(Kernels, SumsDoNotOverflowAtTheExtremes) {
-  for (const std::uint8_t grey : {std::uint8_t{0}, std::uint8_t{255}}) {
-    const std::vector<std::uint8_t> picture(200, grey);
-    const std::vector<std::ptrdiff_t> offsets(max_points, 0);
-    const std::vector<std::int16_t> weights(max_points, 127);
-    std::vector<std::int32_t> sum(32), square(32), dot(32);
-    correlate_row(picture.data(), offsets.data(), weights.data(), max_points, 5, sum.data(), square.data(), dot.data());
-    const int v = grey - 128;
-    EXPECT_EQ(sum[4], max_points * v);
-    EXPECT_EQ(square[4], max_points * v * v);
-    EXPECT_EQ(dot[4], max_points * v * 127);
+TEST(Kernels, DotsDoNotOverflowAtTheExtremes) {
+  const std::vector<std::uint8_t> plane(200, 127);
+  const std::vector<std::ptrdiff_t> offsets(2, 0);
+  for (const int sign : {1, -1}) {
+    const std::vector<std::int8_t> weights(2, static_cast<std::int8_t>(sign * 127));
+    std::vector<std::int16_t> best(dot_block, 0);
+    std::vector<std::uint16_t> which(dot_block, 0);
+    best_dots(plane.data(), offsets.data(), weights.data(), 2, 5, Polarity::any, 1, best.data(), which.data());
+    EXPECT_NEAR(best[4], 2 * 127 * 127 / 4, 1);
   }
 }
 
