@@ -214,9 +214,9 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   Coefficients known{};  // of the picture at the pose: gain, offset and the nuisances; 0 for the pose
   Coefficients step{};
   double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
-  bool settled = false;
+  constexpr int rough = 2;  // so many first steps do not trust the spread of the residuals
   for (int iteration = 0;; ++iteration) {
-    const bool last = settled || iteration >= options.iterations;
+    const bool last = iteration >= options.iterations;
     read_at(points, projection, reader, now);
     if (layout.angle >= 0) {
       update_turn_column(points, now);
@@ -255,7 +255,6 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       kernels::residuals(layout.columns.data(), beta.data(), columns, target_.data(), points.count, residual_.data());
       const double gain = known[0] + step[0];
       const double by_contrast = std::abs(gain) * contrast * rough_part(iteration);
-      constexpr int rough = 2;
       const bool settling = options.robust && options.settle && iteration >= rough;
       if (last || settling) {
         // What disagrees grossly is hidden, and says nothing about the spread of the rest.
@@ -296,7 +295,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     now.scale_x *= 1.0 + grow_x / points.radius * part;
     now.scale_y *= 1.0 + grow_y / points.radius * part;
     if (!(now.scale_x > 0.05 && now.scale_y > 0.05 && now.scale_x < 20.0 && now.scale_y < 20.0)) return result;
-    settled = reach < options.step_tolerance;
+    if (reach < options.step_tolerance && (!options.settle || iteration >= rough)) break;
   }
   result.gain = known[0];
   result.offset = known[1] - known[0] * points.mean;
@@ -304,6 +303,10 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   std::copy(known.begin(), known.end(), beta.begin());
   kernels::residuals(layout.columns.data(), beta.data(), columns, image_.data(), points.count, residual_.data());
   judge_view(points, result);
+  if (options.try_shading) {
+    result.shaded_residual =
+        residual_with_shading(points, options, std::abs(result.gain) * contrast * rough_part(options.iterations));
+  }
   if (options.covariance) {
     Eigen::MatrixXd normal(columns, columns);
     const double* at = lower;
@@ -326,6 +329,26 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   now.angle_deg = std::remainder(now.angle_deg, 360.0);
   pose = now;
   return result;
+}
+
+double PoseFit::residual_with_shading(const PointArrays& points, const FitOptions& options, double within) {
+  Freedom freedom = options.freedom;
+  freedom.shading = true;
+  Layout layout(freedom, points);
+  const int columns = layout.count;
+  if (layout.angle >= 0) layout.columns[static_cast<std::size_t>(layout.angle)] = turn_column_.data();
+  if (freedom.common_scale) layout.columns[static_cast<std::size_t>(layout.scale_x)] = growth_column_.data();
+  target_ = residual_;
+  layout.columns[static_cast<std::size_t>(columns)] = target_.data();
+  double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
+  kernels::normal_equations(layout.columns.data(), columns + 1, weight_.data(), points.count, lower);
+  Coefficients step{};
+  if (!solve(lower, columns, lower + columns * (columns + 1) / 2, step)) return 0.0;
+  std::array<float, most_columns> beta{};
+  std::copy(step.begin(), step.end(), beta.begin());
+  kernels::residuals(layout.columns.data(), beta.data(), columns, target_.data(), points.count, residual_.data());
+  const int trusted = options.trusted > 0 ? std::min(points.count, options.trusted) : points.count;
+  return std::max(0.0, static_cast<double>(spread_of_residuals(trusted, within)));
 }
 
 void PoseFit::judge_view(const PointArrays& points, FitResult& result) const {

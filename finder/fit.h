@@ -41,19 +41,21 @@ struct FitOptions {
   Polarity polarity = Polarity::same;
   double step_tolerance = 0.0;  ///< stop when no point moves by more, level pixels
   double noise_floor = 0.5;     ///< residuals below this never count as disagreement, grey levels
-  GreyLine start;           ///< to begin with; where its gain is 0, the one that suits the most points is looked for
-  bool covariance = false;  ///< whether it is wanted
-  int trusted = 0;          ///< the first so many points set the scale of disagreement, and are alone in the first
-                            ///< steps; 0: all points
+  GreyLine start;            ///< to begin with; where its gain is 0, the one that suits the most points is looked for
+  bool covariance = false;   ///< whether it is wanted
+  bool try_shading = false;  ///< whether FitResult::shaded_residual is wanted
+  int trusted = 0;           ///< the first so many points set the scale of disagreement, and are alone in the first
+                             ///< steps; 0: all points
 };
 
 struct FitResult {
   bool ok = false;    ///< false: too few points inside, or no structure under them
   double gain = 0.0;  ///< image = gain · pattern + offset; negative where bright and dark are exchanged
   double offset = 0.0;
-  double residual = 0.0;  ///< robust standard deviation of the residuals, grey levels
-  double inside = 0.0;    ///< part of the points inside the picture
-  double visible = 0.0;   ///< part of the points inside the picture and not hidden
+  double residual = 0.0;         ///< robust standard deviation of the residuals, grey levels
+  double shaded_residual = 0.0;  ///< what it would be with shading fitted, too (FitOptions::try_shading)
+  double inside = 0.0;           ///< part of the points inside the picture
+  double visible = 0.0;          ///< part of the points inside the picture and not hidden
   /// How much of the pattern is seen, 0 … 1: the part of the values' variance that lies in points that agree (within
   /// half the pattern's contrast, less the nearer to it), times the correlation of those points. Unlike the correlation
   /// of all points it is not spoilt by what hides some of them.
@@ -87,6 +89,8 @@ class PoseFit {
   void update_turn_column(const PointArrays& points, const Pose& pose);
   /// Robust standard deviation of the residuals nearer than `within`; negative where there are none.
   [[nodiscard]] float spread_of_residuals(int trusted, double within);
+  /// The spread of the residuals were shading fitted as well, at the pose and with the weights of the last step.
+  [[nodiscard]] double residual_with_shading(const PointArrays& points, const FitOptions& options, double within);
   /// How the pattern is seen: what is left of the picture after gain, offset, blur and shading, but not after a change
   /// of the pose.
   void judge_view(const PointArrays& points, FitResult& result) const;

@@ -10,6 +10,13 @@ namespace vsfind {
 
 namespace {
 
+/// Candidates that are followed at first.
+constexpr std::size_t first_batch = 6;
+/// Candidates that score less than this part of the best one wait until that has turned out to be nothing.
+constexpr float clear_lead = 0.8F;
+/// Score, and explained part of the pattern, from which on a match leaves no doubt.
+constexpr double sure_part = 0.8;
+
 double oriented(double score, Polarity polarity) {
   return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
 }
@@ -110,6 +117,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     fit.polarity = p.polarity;
     const double pixel = std::ldexp(p.pitch, index);
     std::vector<Candidate> kept;
+    double best_score = 0.0;
     for (Candidate candidate : candidates_) {
       if (std::chrono::steady_clock::now() > deadline) {
         timed_out = true;
@@ -128,8 +136,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         return result.ok && moved <= furthest && in_range(prepared, pose) ? explained(result) : -1.0;
       };
       candidate.score = fitted(candidate.pose);
-      constexpr double sure = 0.7;
-      if (candidate.score < sure && index == p.top_level) {
+      constexpr double doubtful = 0.7;
+      if (candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
         // From further off all points together may find the slope that the agreeing ones do not see.
         Pose other = before;
         FitOptions all = fit;
@@ -143,6 +151,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
           }
         }
       }
+      best_score = std::max(best_score, candidate.score);
       if (candidate.score < 0.0) {
         candidate.pose = before;
         FitOptions still = fit;
@@ -158,7 +167,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
     // next.
     const double least = 0.25 * options.min_score;
-    const double window = wanted == 1 && !kept.empty() ? kept.front().score * 0.6 : 0.0;
+    const double best = kept.empty() ? 0.0 : kept.front().score;
+    const double window = wanted == 1 ? best * (best > sure_part ? 0.85 : 0.6) : 0.0;
     const std::size_t most = index == p.top_level ? 12 + 4 * wanted : index > 1 ? 7 + 3 * wanted : 3 + 2 * wanted;
     for (const Candidate& candidate : kept) {
       if (candidates_.size() >= most || candidate.score < std::max(least, window)) break;
@@ -183,24 +193,29 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   const GaussianReader reader = gaussian_reader(scene.image, *scene.mapping, image, p.pitch, scale);
   FitOptions options;
   options.freedom = prepared.fine_freedom();
+  options.freedom.shading = false;
   options.trusted = prepared.trusted;
   options.polarity = p.polarity;
   options.iterations = 8;
-  options.step_tolerance = 2e-4;
+  options.step_tolerance = 3e-4;
   options.covariance = true;
+  options.try_shading = true;
   match.pose = candidate.pose;
   FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
-  // Where there is no shading, columns for it only cost accuracy: the plain fit is kept if it leaves hardly more.
-  FitOptions plain = options;
-  plain.freedom.shading = false;
-  Pose unshaded = candidate.pose;
-  const FitResult without = fit_.fit(prepared.refine, projection, reader, plain, unshaded);
-  constexpr double hardly_more = 1.15;
+  // Where there is no shading, columns for it only cost accuracy: they are used where they leave clearly less.
+  constexpr double clearly_less = 1.0 / 1.15;
   constexpr double as_visible = 0.03;
-  if (without.ok &&
-      (!fit.ok || (without.residual <= hardly_more * fit.residual && without.visible >= fit.visible - as_visible))) {
-    fit = without;
-    match.pose = unshaded;
+  if (!fit.ok || fit.shaded_residual < clearly_less * fit.residual || fit.visible < 1.0 - as_visible) {
+    FitOptions shaded = options;
+    shaded.freedom.shading = true;
+    shaded.try_shading = false;
+    Pose pose = candidate.pose;
+    const FitResult with = fit_.fit(prepared.refine, projection, reader, shaded, pose);
+    if (with.ok &&
+        (!fit.ok || with.residual < clearly_less * fit.residual || with.visible > fit.visible + as_visible)) {
+      fit = with;
+      match.pose = pose;
+    }
   }
   if (!fit.ok || !in_range(prepared, match.pose)) return false;
   constexpr double furthest = 8.0;  // full-resolution pixels from where the level above left it
@@ -249,29 +264,60 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   task.most = 48 + 12 * std::min<std::size_t>(wanted, 30);
   task.region = options.region ? &*options.region : nullptr;
   coarse_.run(task, threads, peaks_);
-  candidates_.clear();
-  for (const CoarseCandidate& peak : peaks_) {
-    candidates_.push_back({peak.pose, 0.0});
-    climb(prepared, scene, candidates_.back());
-  }
-  follow_down(prepared, scene, options, deadline, out.timed_out);
 
-  // Ranked by how much of the pattern they explain; the score that is reported stays the plain correlation.
-  std::vector<std::pair<double, Match>> found;
-  for (Candidate& candidate : candidates_) {
-    if (std::chrono::steady_clock::now() > deadline) {
-      out.timed_out = true;
-      break;
+  // The best candidates first; the others only where these do not settle the matter.
+  found_.clear();
+  std::size_t settled = 0;
+  std::size_t next = 0;
+  std::size_t batch = std::max<std::size_t>(first_batch, wanted + wanted / 4);
+  while (next < peaks_.size() && settled < wanted && !out.timed_out) {
+    candidates_.clear();
+    for (; next < peaks_.size() && candidates_.size() < batch; ++next) {
+      const CoarseCandidate& peak = peaks_[next];
+      // A clear leader goes alone.
+      if (found_.empty() && wanted == 1 && !candidates_.empty() && peak.score < clear_lead * peaks_.front().score)
+        break;
+      if (near_settled(prepared, peak.pose)) continue;
+      candidates_.push_back({peak.pose, 0.0, {}});
+      climb(prepared, scene, candidates_.back());
     }
-    Match match;
-    if (finish(prepared, scene, candidate, match) && match.score >= options.min_score &&
-        in_region(options, match.frame_position)) {
-      found.emplace_back(candidate.score, match);
+    follow_down(prepared, scene, options, deadline, out.timed_out);
+    for (Candidate& candidate : candidates_) {
+      if (std::chrono::steady_clock::now() > deadline) out.timed_out = true;
+      if (out.timed_out && !found_.empty()) break;
+      Match match;
+      if (!finish(prepared, scene, candidate, match) || match.score < options.min_score ||
+          !in_region(options, match.frame_position)) {
+        continue;
+      }
+      const bool convincing = candidate.score >= sure_part && match.score >= sure_part;
+      if (convincing && !near_settled(prepared, match.pose)) ++settled;
+      found_.push_back({candidate.score, match, convincing});
+      // The others explained less before their last fit, and would after it.
+      if (settled >= wanted) break;
     }
+    batch *= 3;
   }
-  std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
-  for (const auto& each : found) {
-    const Match& match = each.second;
+  choose_matches(prepared, options, wanted, out);
+}
+
+bool PatternSearch::near_settled(const PreparedPattern& prepared, const Pose& pose) const {
+  const Pattern& p = *prepared.pattern;
+  constexpr double near = 0.3;  // of the pattern's size: such a neighbour shares more than half of its area
+  const double reach = near * std::min(p.width, p.height) * p.pitch * std::min(pose.scale_x, pose.scale_y);
+  return std::any_of(found_.begin(), found_.end(), [&](const Found& each) {
+    return each.convincing && std::hypot(each.match.pose.x - pose.x, each.match.pose.y - pose.y) < reach;
+  });
+}
+
+void PatternSearch::choose_matches(const PreparedPattern& prepared, const SearchOptions& options, std::size_t wanted,
+                                   PatternMatches& out) {
+  const Pattern& p = *prepared.pattern;
+  // Ranked by how much of the pattern they explain; the score that is reported stays the plain correlation.
+  std::stable_sort(found_.begin(), found_.end(),
+                   [](const Found& a, const Found& b) { return a.explained > b.explained; });
+  for (const Found& each : found_) {
+    const Match& match = each.match;
     if (out.matches.size() >= wanted) break;
     const std::vector<Eigen::Vector2d> outline = prepared.outline(match.pose);
     const bool covered = std::any_of(out.matches.begin(), out.matches.end(), [&](const Match& other) {

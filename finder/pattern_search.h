@@ -28,7 +28,13 @@ class PatternSearch {
  private:
   struct Candidate {
     Pose pose;
-    double score = 0.0;  ///< correlation at the top, then what PoseFit::explained_part() says
+    double score = 0.0;  ///< correlation at the top, then FitResult::explained
+    GreyLine line;       ///< as last fitted
+  };
+  struct Found {
+    double explained = 0.0;
+    Match match;
+    bool convincing = false;
   };
 
   void climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate);
@@ -36,9 +42,15 @@ class PatternSearch {
                    std::chrono::steady_clock::time_point deadline, bool& timed_out);
   bool finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate, Match& match);
 
+  /// Whether a convincing match lies there already.
+  [[nodiscard]] bool near_settled(const PreparedPattern& prepared, const Pose& pose) const;
+  void choose_matches(const PreparedPattern& prepared, const SearchOptions& options, std::size_t wanted,
+                      PatternMatches& out);
+
   CoarseSearch coarse_;
   std::vector<CoarseCandidate> peaks_;
   std::vector<Candidate> candidates_;
+  std::vector<Found> found_;
   PoseFit fit_;
 };
 
