@@ -425,7 +425,11 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
     }
     SearchPoints proposal = choose_search_points(scene, level, options, against);
     if (proposal.points.size() < 4) continue;
-    const bool good = proposal.worst_genuine >= 0.7 && proposal.margin() >= 0.15;
+    // Where much in the scene looks like the pattern (its own kind, say) no level tells them apart: the candidates are
+    // followed down and judged there.
+    constexpr double enough_pixels = 12.0;
+    const bool tolerant = proposal.worst_genuine >= 0.8 && shorter / std::ldexp(1.0, level) >= enough_pixels;
+    const bool good = proposal.worst_genuine >= 0.7 && (proposal.margin() >= 0.15 || tolerant);
     if (best.points.empty() || proposal.margin() > best.margin()) best = std::move(proposal);
     if (good) break;
   }
