@@ -182,6 +182,22 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
   }
 }
 
+FitResult PatternSearch::look(const PreparedPattern& prepared, const Projection& projection, const Reader& reader,
+                              Match& match) {
+  FitOptions seen;
+  seen.freedom.shading = true;
+  seen.freedom.blur = true;
+  seen.iterations = 0;
+  seen.polarity = prepared.pattern->polarity;
+  Pose same = match.pose;
+  const FitResult view = fit_.fit(prepared.verify, projection, reader, seen, same);
+  double inside = 0.0;
+  const double signed_score = fit_.correlation_as_read(prepared.verify, inside);
+  match.score = std::clamp(oriented(signed_score, prepared.pattern->polarity), 0.0, 1.0);
+  match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
+  return view;
+}
+
 bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate,
                            Match& match) {
   const Pattern& p = *prepared.pattern;
@@ -221,17 +237,28 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   constexpr double furthest = 8.0;  // full-resolution pixels from where the level above left it
   if (std::hypot(match.pose.x - candidate.pose.x, match.pose.y - candidate.pose.y) > furthest * p.pitch) return false;
 
-  FitOptions seen;
-  seen.freedom.shading = true;
-  seen.freedom.blur = true;
-  seen.iterations = 0;
-  seen.polarity = p.polarity;
-  Pose same = match.pose;
-  const FitResult view = fit_.fit(prepared.verify, projection, reader, seen, same);
-  double inside = 0.0;
-  const double signed_score = fit_.correlation_as_read(prepared.verify, inside);
-  match.score = std::clamp(oriented(signed_score, p.polarity), 0.0, 1.0);
-  match.polarity = signed_score < 0.0 ? Polarity::reversed : Polarity::same;
+  FitResult view = look(prepared, projection, reader, match);
+  // The few best points fix a true copy of the pattern best, whatever hides some of it. Where instead the pattern itself
+  // is another piece of its kind, so that much disagrees a little, all of it together has the say: that is the pose of
+  // the highest correlation.
+  constexpr double alike = 0.95;
+  constexpr double agreeing = 0.8;
+  constexpr double far_off = 0.1;
+  const bool another = (match.score >= alike && fit.visible < agreeing * view.visible) ||
+                       (!p.edges && fit.residual > far_off * std::abs(fit.gain) * prepared.refine.contrast);
+  if (another) {
+    FitOptions all = options;
+    all.robust = false;
+    all.trusted = 0;
+    all.try_shading = false;
+    Match whole = match;
+    const FitResult dense = fit_.fit(prepared.verify, projection, reader, all, whole.pose);
+    if (dense.ok && in_range(prepared, whole.pose)) {
+      fit = dense;
+      match = whole;
+      view = look(prepared, projection, reader, match);
+    }
+  }
   match.visible = view.visible;
   candidate.score = view.explained;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));

@@ -40,6 +40,8 @@ class PatternSearch {
   void climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate);
   void follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
                    std::chrono::steady_clock::time_point deadline, bool& timed_out);
+  /// Score, polarity and how the pattern is seen at the match's pose.
+  FitResult look(const PreparedPattern& prepared, const Projection& projection, const Reader& reader, Match& match);
   bool finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate, Match& match);
 
   /// Whether a convincing match lies there already.
