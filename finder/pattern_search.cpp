@@ -261,6 +261,9 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   }
   match.visible = view.visible;
   candidate.score = view.explained;
+  // Of so little of a pattern nobody can say whether it is there.
+  constexpr double least_visible = 0.3;
+  if (match.visible < least_visible) return false;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
   const Eigen::Matrix<double, 5, 1> sigma =

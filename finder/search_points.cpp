@@ -1,12 +1,13 @@
 #include "finder/search_points.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <random>
 
 #include "finder/coarse_search.h"
-#include "finder/kernels.h"
 
 namespace vsfind {
 
@@ -50,6 +51,7 @@ class Chooser {
     result_.level = level_index;
     result_.grid = coarse_grid(scene, level_index, options);
     step_ = std::ldexp(1.0, level_index);
+    make_phases(level_index);
   }
 
   SearchPoints choose() {
@@ -73,6 +75,32 @@ class Chooser {
   }
 
  private:
+  /// The same level as it would be had the camera stood a few pixels off: structure near the level's own resolution
+  /// looks different at each.
+  void make_phases(int level_index) {
+    constexpr std::array<std::pair<double, double>, 6> offsets{
+        {{0.0, 0.0}, {0.5, 0.5}, {0.25, 0.75}, {0.75, 0.25}, {0.5, 0.0}, {0.0, 0.5}}};
+    const ImageView& image = scene_.image();
+    for (const auto& [part_x, part_y] : offsets) {
+      const int left = static_cast<int>(part_x * level_.step_x);
+      const int top = static_cast<int>(part_y * level_.step_y);
+      phases_.push_back(std::make_unique<Phase>());
+      Phase& phase = *phases_.back();
+      ImageView view = image;
+      view.data += top * image.stride + left * static_cast<std::ptrdiff_t>(image.bits > 8 ? 2 : 1);
+      view.width -= left;
+      view.height -= top;
+      phase.pyramid.build(view, scene_.plan());
+      if (level_index >= phase.pyramid.levels()) {
+        phases_.pop_back();
+        continue;
+      }
+      phase.level = phase.pyramid.smoothed(level_index);
+      phase.level.offset_x += left;
+      phase.level.offset_y += top;
+    }
+  }
+
   void thin_out() {
     if (candidates_.size() <= most_candidates) return;
     std::vector<Eigen::Vector2d> kept;
@@ -133,9 +161,10 @@ class Chooser {
     const std::size_t n = candidates_.size();
     std::vector<double> u(n), v(n), value(n), inside(n);
     const Pose& pose = scene_.pose();
-    const Projection projection{&scene_.mapping(), &level_, scene_.pitch()};
     std::vector<double> x(n), y(n);
     for (int m = 0; m < situations; ++m) {
+      const Level& level = phases_[static_cast<std::size_t>(m) % phases_.size()]->level;
+      const Projection projection{&scene_.mapping(), &level, scene_.pitch()};
       // The first ones are the corners of the cell, where it is worst.
       const auto at = [&](int bit) { return m < 16 ? ((m >> bit & 1) != 0 ? 1.0 : -1.0) : jitter.next(); };
       const double dx = 0.5 * step_ * at(0);
@@ -158,7 +187,7 @@ class Chooser {
         y[k] = (1.0 + grow_y) * (std::sin(turn) * qx + std::cos(turn) * qy) + dy;
       }
       projection.level_from_pattern(pose, x.data(), y.data(), static_cast<int>(n), u.data(), v.data());
-      BilinearReader(level_).read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
+      BilinearReader(level).read(u.data(), v.data(), static_cast<int>(n), value.data(), inside.data());
       std::vector<float> view(n);
       for (std::size_t k = 0; k < n; ++k) view[k] = inside[k] > 0.0 ? static_cast<float>(value[k]) : values_[k];
       genuine_.push_back(std::move(view));
@@ -380,6 +409,11 @@ class Chooser {
   const TrainingScene& scene_;
   const std::vector<AgainstLevel>& against_;
   Level level_;  // smoothed
+  struct Phase {
+    Pyramid pyramid;
+    Level level;
+  };
+  std::vector<std::unique_ptr<Phase>> phases_;
   double step_ = 1.0;
   std::vector<Eigen::Vector2d> candidates_;
   std::vector<float> values_;
