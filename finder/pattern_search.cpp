@@ -198,8 +198,8 @@ FitResult PatternSearch::look(const PreparedPattern& prepared, const Projection&
   return view;
 }
 
-bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate,
-                           Match& match) {
+bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& scene, double min_score,
+                           Candidate& candidate, Match& match) {
   const Pattern& p = *prepared.pattern;
   const Level& level = scene.pyramid->level(0);
   const Projection projection{scene.mapping, &level, p.pitch};
@@ -238,9 +238,9 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   if (std::hypot(match.pose.x - candidate.pose.x, match.pose.y - candidate.pose.y) > furthest * p.pitch) return false;
 
   FitResult view = look(prepared, projection, reader, match);
-  // The few best points fix a true copy of the pattern best, whatever hides some of it. Where instead the pattern itself
-  // is another piece of its kind, so that much disagrees a little, all of it together has the say: that is the pose of
-  // the highest correlation.
+  // The few best points fix a true copy of the pattern best, whatever hides some of it. Where instead the pattern
+  // itself is another piece of its kind, so that much disagrees a little, all of it together has the say: that is the
+  // pose of the highest correlation.
   constexpr double alike = 0.95;
   constexpr double agreeing = 0.8;
   constexpr double far_off = 0.1;
@@ -261,9 +261,10 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   }
   match.visible = view.visible;
   candidate.score = view.explained;
-  // Of so little of a pattern nobody can say whether it is there.
-  constexpr double least_visible = 0.3;
-  if (match.visible < least_visible) return false;
+  // The less of a pattern lies in the picture, the easier something else looks like it: what is inside must agree
+  // better.
+  constexpr double benefit = 0.75;
+  if (match.score * view.inside < benefit * min_score) return false;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
   const Eigen::Matrix<double, 5, 1> sigma =
@@ -316,7 +317,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
       if (std::chrono::steady_clock::now() > deadline) out.timed_out = true;
       if (out.timed_out && !found_.empty()) break;
       Match match;
-      if (!finish(prepared, scene, candidate, match) || match.score < options.min_score ||
+      if (!finish(prepared, scene, options.min_score, candidate, match) || match.score < options.min_score ||
           !in_region(options, match.frame_position)) {
         continue;
       }

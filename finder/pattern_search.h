@@ -42,7 +42,8 @@ class PatternSearch {
                    std::chrono::steady_clock::time_point deadline, bool& timed_out);
   /// Score, polarity and how the pattern is seen at the match's pose.
   FitResult look(const PreparedPattern& prepared, const Projection& projection, const Reader& reader, Match& match);
-  bool finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate, Match& match);
+  bool finish(const PreparedPattern& prepared, const SearchScene& scene, double min_score, Candidate& candidate,
+              Match& match);
 
   /// Whether a convincing match lies there already.
   [[nodiscard]] bool near_settled(const PreparedPattern& prepared, const Pose& pose) const;
