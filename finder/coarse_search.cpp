@@ -297,12 +297,49 @@ void CoarseSearch::second_pass(const CoarseTask& task) {
       if (score > task.threshold) peaks_.push_back({score, u, v});
     }
   }
-  const auto better = [](const Peak& a, const Peak& b) {
-    return a.score != b.score ? a.score > b.score : a.v != b.v ? a.v < b.v : a.u < b.u;
-  };
   const std::size_t kept = std::min(task.most, peaks_.size());
   std::partial_sort(peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(kept), peaks_.end(), better);
   peaks_.resize(kept);
+}
+
+bool CoarseSearch::better(const Peak& a, const Peak& b) {
+  if (a.score != b.score) return a.score > b.score;
+  return a.v != b.v ? a.v < b.v : a.u != b.u ? a.u < b.u : a.hypothesis < b.hypothesis;
+}
+
+void CoarseSearch::other_ways(const CoarseTask& task) {
+  constexpr std::size_t places = 4;
+  constexpr std::size_t most_ways = 3;
+  constexpr float as_good = 0.8F;
+  constexpr double other_angle = 20.0;  // degrees: nearer ones lead to the same pose
+  const std::vector<Hypothesis>& tried = *task.hypotheses;
+  more_.clear();
+  const std::size_t looked_at = std::min(places, peaks_.size());
+  for (std::size_t i = 0; i < looked_at; ++i) {
+    const Peak& peak = peaks_[i];
+    ways_.clear();
+    for (std::size_t h = 0; h < copies_.size(); ++h) {
+      for (int v = std::max(0, peak.v - 1); v <= std::min(height_ - 1, peak.v + 1); ++v) {
+        for (int u = std::max(0, peak.u - 1); u <= std::min(width_ - 1, peak.u + 1); ++u) {
+          const float score = oriented(correlation(task, copies_[h], u, v), task.polarity);
+          if (score > as_good * peak.score) ways_.push_back({score, u, v, h});
+        }
+      }
+    }
+    std::sort(ways_.begin(), ways_.end(), better);
+    const auto first = static_cast<std::ptrdiff_t>(more_.size());
+    for (const Peak& way : ways_) {
+      if (more_.size() >= static_cast<std::size_t>(first) + most_ways) break;
+      const bool known = std::any_of(more_.begin() + first, more_.end(), [&](const Peak& other) {
+        const double turn = tried[way.hypothesis].angle_deg - tried[other.hypothesis].angle_deg;
+        return std::abs(std::remainder(turn, 360.0)) < other_angle;
+      });
+      if (!known) more_.push_back(way);
+    }
+  }
+  peaks_.erase(peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(looked_at));
+  peaks_.insert(peaks_.begin(), more_.begin(), more_.end());
+  std::sort(peaks_.begin(), peaks_.end(), better);
 }
 
 void CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out) {

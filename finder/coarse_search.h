@@ -83,14 +83,19 @@ class CoarseSearch {
     float score = 0.0F;
     int u = 0;
     int v = 0;
+    std::size_t hypothesis = 0;
   };
 
+  [[nodiscard]] static bool better(const Peak& a, const Peak& b);
   void prepare_copies(const CoarseTask& task);
   void prepare_factors(const CoarsePoints& points, float min_inside, Copy& copy) const;
   void prepare_plane(const Level& level);
   [[nodiscard]] Window window_of(const CoarseTask& task, const Copy& copy) const;
   void first_pass(const CoarseTask& task, int first_row, int end_row);
   void second_pass(const CoarseTask& task);
+  /// Looks at the best places again with every hypothesis: what is nearly symmetric fits in several ways, and the first
+  /// pass, which does not normalize, may have taken the wrong one.
+  void other_ways(const CoarseTask& task);
   [[nodiscard]] float correlation(const CoarseTask& task, const Copy& copy, int u, int v) const;
 
   std::vector<Copy> copies_;
@@ -109,6 +114,7 @@ class CoarseSearch {
   std::vector<std::int16_t> best_;
   std::vector<std::uint16_t> which_;
   std::vector<Peak> peaks_;
+  std::vector<Peak> ways_, more_;  // scratch of other_ways()
 };
 
 }  // namespace vsfind

@@ -215,8 +215,9 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   Coefficients step{};
   double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
   constexpr int rough = 2;  // so many first steps do not trust the spread of the residuals
-  for (int iteration = 0;; ++iteration) {
-    const bool last = iteration >= options.iterations;
+  for (int iteration = options.first_iteration;; ++iteration) {
+    const bool first = iteration == options.first_iteration;
+    const bool last = iteration - options.first_iteration >= options.iterations;
     read_at(points, projection, reader, now);
     if (layout.angle >= 0) {
       update_turn_column(points, now);
@@ -227,7 +228,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       kernels::tukey_weights(off.data(), inside_.data(), static_cast<float>(1.0 / cut), points.count, weight_.data());
       if (!outline) std::fill(weight_.begin() + trusted, weight_.end(), 0.0F);
     };
-    if (iteration == 0 && options.robust) {
+    if (first && options.robust) {
       Line line = options.start;
       if (line.gain == 0.0) line = agreeing_line(points, trusted, options.polarity);
       if (line.gain == 0.0) return result;
@@ -237,9 +238,9 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     std::array<float, most_columns> beta{};
     std::copy(known.begin(), known.end(), beta.begin());
     kernels::residuals(layout.columns.data(), beta.data(), columns, image_.data(), points.count, target_.data());
-    if (iteration == 0) {
+    if (first) {
       if (options.robust) {
-        weigh(target_, 0.8 * std::abs(known[0]) * contrast, false);
+        weigh(target_, (iteration == 0 ? 0.8 : rough_part(iteration)) * std::abs(known[0]) * contrast, iteration > 0);
       } else {
         std::copy(inside_.begin(), inside_.end(), weight_.begin());
         std::fill(weight_.begin() + trusted, weight_.end(), 0.0F);
@@ -256,7 +257,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
       const double gain = known[0] + step[0];
       const double by_contrast = std::abs(gain) * contrast * rough_part(iteration);
       const bool settling = options.robust && options.settle && iteration >= rough;
-      if (last || settling) {
+      if (last || settling || options.at_start_only) {
         // What disagrees grossly is hidden, and says nothing about the spread of the rest.
         const float spread = spread_of_residuals(trusted, options.robust ? by_contrast : 1e30);
         if (spread < 0.0F) return result;
@@ -295,6 +296,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     now.scale_x *= 1.0 + grow_x / points.radius * part;
     now.scale_y *= 1.0 + grow_y / points.radius * part;
     if (!(now.scale_x > 0.05 && now.scale_y > 0.05 && now.scale_x < 20.0 && now.scale_y < 20.0)) return result;
+    if (options.at_start_only) break;
     if (reach < options.step_tolerance && (!options.settle || iteration >= rough)) break;
   }
   result.gain = known[0];

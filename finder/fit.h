@@ -41,11 +41,13 @@ struct FitOptions {
   Polarity polarity = Polarity::same;
   double step_tolerance = 0.0;  ///< stop when no point moves by more, level pixels
   double noise_floor = 0.5;     ///< residuals below this never count as disagreement, grey levels
-  GreyLine start;            ///< to begin with; where its gain is 0, the one that suits the most points is looked for
-  bool covariance = false;   ///< whether it is wanted
-  bool try_shading = false;  ///< whether FitResult::shaded_residual is wanted
-  int trusted = 0;           ///< the first so many points set the scale of disagreement, and are alone in the first
-                             ///< steps; 0: all points
+  GreyLine start;              ///< to begin with; where its gain is 0, the one that suits the most points is looked for
+  int first_iteration = 0;     ///< the steps count from here: from 2 on, disagreement is judged strictly at once
+  bool at_start_only = false;  ///< one step, and nothing is read at the pose that it leads to
+  bool covariance = false;     ///< whether it is wanted
+  bool try_shading = false;    ///< whether FitResult::shaded_residual is wanted
+  int trusted = 0;             ///< the first so many points set the scale of disagreement, and are alone in the first
+                               ///< steps; 0: all points
 };
 
 struct FitResult {

@@ -72,6 +72,7 @@ struct Pattern {
   std::string unit = "px";    ///< of plane coordinates when trained
   double pitch = 1.0;         ///< plane units per pattern pixel
   double pixel_aspect = 1.0;  ///< of the training image, for the record
+  bool from_field = false;    ///< trained on a single field: half of the lines
   double width = 0.0;         ///< of the ROI, pattern pixels
   double height = 0.0;
   double left =

@@ -14,8 +14,10 @@ namespace {
 constexpr std::size_t first_batch = 6;
 /// Candidates that score less than this part of the best one wait until that has turned out to be nothing.
 constexpr float clear_lead = 0.8F;
-/// Score, and explained part of the pattern, from which on a match leaves no doubt.
+/// Explained part of the pattern from which on a candidate is clearly better than a chance likeness.
 constexpr double sure_part = 0.8;
+/// Score, and explained part, from which on a match leaves no doubt: what is nearly symmetric looks like itself, too.
+constexpr double convincing_part = 0.9;
 
 double oriented(double score, Polarity polarity) {
   return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
@@ -233,6 +235,17 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
       match.pose = pose;
     }
   }
+  if (fit.ok && scene.mapping->field() != Field::frame && !p.from_field && !p.edges) {
+    FitOptions on_lines = options;
+    on_lines.try_shading = false;
+    Pose pose = match.pose;
+    const FitResult polished =
+        field_fit_.fit(prepared.spline, prepared.refine, scene.image, projection, on_lines, fit_, pose);
+    if (polished.ok) {
+      fit = polished;
+      match.pose = pose;
+    }
+  }
   if (!fit.ok || !in_range(prepared, match.pose)) return false;
   constexpr double furthest = 8.0;  // full-resolution pixels from where the level above left it
   if (std::hypot(match.pose.x - candidate.pose.x, match.pose.y - candidate.pose.y) > furthest * p.pitch) return false;
@@ -321,7 +334,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
           !in_region(options, match.frame_position)) {
         continue;
       }
-      const bool convincing = candidate.score >= sure_part && match.score >= sure_part;
+      const bool convincing = candidate.score >= convincing_part && match.score >= convincing_part;
       if (convincing && !near_settled(prepared, match.pose)) ++settled;
       found_.push_back({candidate.score, match, convincing});
       // The others explained less before their last fit, and would after it.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "finder/coarse_search.h"
+#include "finder/field_fit.h"
 #include "finder/fit.h"
 #include "finder/prepared_pattern.h"
 
@@ -55,6 +56,7 @@ class PatternSearch {
   std::vector<Candidate> candidates_;
   std::vector<Found> found_;
   PoseFit fit_;
+  FieldFit field_fit_;
 };
 
 }  // namespace vsfind

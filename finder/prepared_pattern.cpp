@@ -60,6 +60,7 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
     }
   }
   refine = PointArrays(fine);
+  spline = PatternSpline(p.image);
   Freedom unshaded = fine_freedom();
   unshaded.shading = false;
   inflation = inflation_of(fine, unshaded);

@@ -8,6 +8,7 @@
 
 #include "finder/coarse_search.h"
 #include "finder/fit.h"
+#include "finder/pattern_spline.h"
 #include "finder/search.h"
 
 namespace vsfind {
@@ -20,6 +21,7 @@ struct PreparedPattern {
   PointArrays refine;               ///< then the outline points
   int trusted = 0;                  ///< how many of them are refine points
   PointArrays verify;
+  PatternSpline spline;  ///< for single fields
   std::vector<Hypothesis> hypotheses;
   Range angle_deg;  ///< searched
   Range scale_x;

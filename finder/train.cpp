@@ -11,6 +11,7 @@
 #include "acquisition/errors.h"
 #include "finder/edges.h"
 #include "finder/informative_points.h"
+#include "finder/pattern_spline.h"
 #include "finder/search_points.h"
 #include "finder/training_scene.h"
 
@@ -281,7 +282,19 @@ PatternImage pattern_image(const TrainingScene& scene, const ImageView& image) {
   const double y0 = scene.top() + 0.5 - margin;
   picture.origin_x = -x0;
   picture.origin_y = -y0;
+  // Through a mapping the grid falls between the image's pixels: they are interpolated without blurring them.
+  PatternImage source;
+  source.width = image.width;
+  source.height = image.height;
   const double white = image.white();
+  source.grey.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      source.grey.push_back(static_cast<std::uint16_t>(std::lround(image.at(x, y) / white * 65280.0)));
+    }
+  }
+  source.mask.assign(source.grey.size(), 255);
+  const PatternSpline spline(source);
   for (int r = 0; r < picture.height; ++r) {
     for (int c = 0; c < picture.width; ++c) {
       const double x = x0 + c;
@@ -291,18 +304,14 @@ PatternImage pattern_image(const TrainingScene& scene, const ImageView& image) {
       const bool seen = p.x() > -0.5 && p.y() > -0.5 && p.x() < image.width - 0.5 && p.y() < image.height - 0.5;
       double grey = 0.0;
       if (seen) {
+        PatternPoint point;
         const double u = std::clamp(p.x(), 0.0, image.width - 1.0);
         const double v = std::clamp(p.y(), 0.0, image.height - 1.0);
-        const int u0 = std::min(static_cast<int>(u), std::max(0, image.width - 2));
-        const int v0 = std::min(static_cast<int>(v), std::max(0, image.height - 2));
-        const int u1 = std::min(u0 + 1, image.width - 1);
-        const int v1 = std::min(v0 + 1, image.height - 1);
-        const double a = u - u0;
-        const double b = v - v0;
-        grey = (1.0 - b) * ((1.0 - a) * image.at(u0, v0) + a * image.at(u1, v0)) +
-               b * ((1.0 - a) * image.at(u0, v1) + a * image.at(u1, v1));
+        const bool inner = spline.read(u, v, point);
+        grey = inner ? 256.0 * static_cast<double>(point.value)
+                     : 65280.0 / white * image.at(static_cast<int>(std::lround(u)), static_cast<int>(std::lround(v)));
       }
-      picture.grey.push_back(static_cast<std::uint16_t>(std::lround(grey / white * 65280.0)));
+      picture.grey.push_back(static_cast<std::uint16_t>(std::lround(std::clamp(grey, 0.0, 65280.0))));
       picture.mask.push_back(!seen                         ? std::uint8_t{0}
                              : scene.in_pattern(x, y, 0.0) ? std::uint8_t{255}
                                                            : std::uint8_t{128});
@@ -385,6 +394,7 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   pattern.unit = options.unit;
   pattern.pitch = scene.pitch();
   pattern.pixel_aspect = mapping.pixel_aspect();
+  pattern.from_field = mapping.field() != Field::frame;
   pattern.left = scene.left();
   pattern.top = scene.top();
   pattern.width = scene.width();
