@@ -8,6 +8,7 @@
 #include "finder/coarse_search.h"
 #include "finder/fit.h"
 #include "finder/prepared_pattern.h"
+#include "finder/rectified_level.h"
 
 namespace vsfind {
 
@@ -36,6 +37,7 @@ class PatternSearch {
                    std::chrono::steady_clock::time_point deadline, bool& timed_out);
   bool finish(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate, Match& match);
 
+  RectifiedLevel rectified_;
   CoarseSearch coarse_;
   std::vector<CoarseCandidate> peaks_;
   std::vector<Candidate> candidates_;
