@@ -149,7 +149,7 @@ bool RectifiedLevel::update(const Level& level, const Mapping& mapping, double r
   current_ = static_cast<std::size_t>(found - tables_.begin());
 
   const std::size_t pixels = static_cast<std::size_t>(table.grid_width) * static_cast<std::size_t>(table.grid_height);
-  const auto samples = static_cast<std::size_t>(table.samples * table.samples);
+  const auto samples = static_cast<std::size_t>(table.samples) * static_cast<std::size_t>(table.samples);
   memory_.resize(pixels + kernels::read_slack);
   std::size_t seen = 0;
   std::size_t sum = 0;
