@@ -106,8 +106,8 @@ std::vector<Setting> calibrate_settings(CalibrateRequest& request) {
   add("unit", "NAME", "Unit of the pitch or of the world points, and of what is found later (default mm)",
       [r](Values v) { r->unit = parse_unit(v[0]); });
   add("field", "frame|top|bottom",
-      "What the pictures are: whole frames, or single fields of half the rows; the calibration serves both (default "
-      "frame)",
+      "What the pictures are (those behind an imported file, too): whole frames, or single fields of half the rows; "
+      "the calibration serves both (default frame)",
       [r](Values v) {
         r->field = parse_word<Field>(v[0], {{"frame", Field::frame}, {"top", Field::top}, {"bottom", Field::bottom}});
       });
@@ -146,8 +146,9 @@ void set_frame_size(SolveOptions& options, int width, int height) {
 
 void take_imported_lens(const CalibrateRequest& request, SolveOptions& options) {
   if (request.import.empty()) return;
-  const Calibration imported =
-      import_calibration(request.import, {request.camera, options.image_width, options.image_height});
+  const Calibration imported = import_calibration(
+      request.import,
+      {request.camera, options.image_width, options.image_height / line_step(request.field), request.field});
   options.lens = imported.lens;
 }
 
@@ -243,7 +244,7 @@ int run_import(const CalibrateRequest& request) {
     throw UsageError("--unit: an imported lens alone has the unit px (allowed: with --board or --points)");
   Solution solution;
   solution.calibration =
-      import_calibration(request.import, {request.camera, request.width, request.height * line_step(request.field)});
+      import_calibration(request.import, {request.camera, request.width, request.height, request.field});
   write_results(request, solution, "the undistorted picture", {}, nullptr);
   return exit_done;
 }

@@ -130,7 +130,8 @@ double draw_grid(Canvas& canvas, const Mapping& mapping, const BoardView& view) 
 /// So much that the usual residual can be seen, and is not taken for another point's.
 double draw_residuals(Canvas& canvas, const Mapping& mapping, const BoardView& view, double rms) {
   constexpr double wanted_pixels = 15.0;
-  const double magnified = std::max(1.0, round_number(wanted_pixels / (canvas.zoom * std::max(rms, 1e-6))));
+  constexpr double most = 1000.0;  // an exact fit has none to show
+  const double magnified = std::clamp(round_number(wanted_pixels / (canvas.zoom * std::max(rms, 1e-6))), 1.0, most);
   for (std::size_t i = 0; i < view.frame.size(); ++i) {
     const Eigen::Vector2d residual = mapping.image_from_plane(view.board[i]) - view.frame[i];
     const Eigen::Vector2d at = canvas.at(view.frame[i]);

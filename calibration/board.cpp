@@ -58,8 +58,8 @@ void turn_upright(std::vector<GridPoint>& points, const BoardSpec& spec) {
       p.row = columns - 1 - column;
     }
   }
-  const Eigen::Vector2d x = slopes().col(0);
-  if (x.x() > 0.0 ? x.x() > 1e-3 * std::abs(x.y()) : x.y() > 0.0 && -x.x() < 1e-3 * x.y()) return;
+  // Right or down: the choice turns over where x runs along the other diagonal, where boards seldom lie.
+  if (slopes().col(0).sum() > 0.0) return;
   for (GridPoint& p : points) {
     p.column = columns - 1 - p.column;
     p.row = rows - 1 - p.row;

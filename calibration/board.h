@@ -4,8 +4,8 @@
 ///
 /// Board coordinates, in the board's unit: (0, 0) is the first inner corner (or circle), x along the columns, y along
 /// the rows, turned so that seen from the camera positive angles go from x to y clockwise as in the image. A chessboard
-/// or circle grid looks the same after half a turn: x is then taken to point to the right in the picture (down where it
-/// is upright). A ChArUco board knows its own top left.
+/// or circle grid looks the same after half a turn: x is then taken to point to the right in the picture, or down where
+/// it is nearer to upright. A ChArUco board knows its own top left.
 
 #include <Eigen/Core>
 #include <optional>

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <initializer_list>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "acquisition/errors.h"
@@ -65,7 +66,16 @@ Lens make_lens(const KeyReader& reader, const std::string& key, LensModel model,
   }
 }
 
-void set_size(Calibration& calibration, const std::string& file, const ImportOptions& options, int width, int height) {
+// A lens by which a field's rows are counted, as one for the frame's: y_frame = 2 y_field + first line.
+Lens for_frames(const Lens& lens, Field field) {
+  const PinholeCamera& c = lens.camera();
+  const double step = line_step(field);
+  const auto used = std::span(lens.coefficients()).first(static_cast<std::size_t>(lens.coefficient_count()));
+  return Lens(lens.model(), {c.fx, c.fy * step, c.cx, c.cy * step + first_line(field)}, used);
+}
+
+// `width` and `height` as the file says; 0: it does not.
+Calibration finished(const Lens& lens, const std::string& file, const ImportOptions& options, int width, int height) {
   if (width == 0 || height == 0) {
     if (options.image_width == 0) {
       throw UsageError(file + ": does not say the size of the images (give it: --image-size WxH)");
@@ -73,19 +83,22 @@ void set_size(Calibration& calibration, const std::string& file, const ImportOpt
     width = options.image_width;
     height = options.image_height;
   }
-  if (options.image_width != 0 && (options.image_width != width || options.image_height != height)) {
+  const bool known = options.image_width != 0;
+  const int step = line_step(options.field);
+  const bool of_frames =
+      step == 1 || (known && (options.field == Field::top ? (height + 1) / 2 : height / 2) == options.image_height);
+  const int picture_height = of_frames && step > 1 ? options.image_height : height;
+  if (known && (options.image_width != width || options.image_height != picture_height)) {
     throw UsageError(fmt::format("{}: is for images of {}x{}, not {}x{}", file, width, height, options.image_width,
                                  options.image_height));
   }
-  calibration.image_width = width;
-  calibration.image_height = height;
-}
-
-Calibration with_lens(const Lens& lens) {
   Calibration calibration;
-  calibration.lens = lens;
-  calibration.plane = undistorted_picture_plane(lens);
-  calibration.pixel_aspect = lens.camera().fy / lens.camera().fx;
+  calibration.lens = of_frames ? lens : for_frames(lens, options.field);
+  calibration.plane = undistorted_picture_plane(*calibration.lens);
+  calibration.image_width = width;
+  calibration.image_height = of_frames ? height : height * step;
+  calibration.made_from = options.field;
+  calibration.pixel_aspect = calibration.lens->camera().fy / calibration.lens->camera().fx;
   if (!(calibration.pixel_aspect >= 0.1 && calibration.pixel_aspect <= 10.0)) {
     throw UsageError(
         fmt::format("pixel aspect fy/fx {} is out of range (allowed: 0.1 to 10)", calibration.pixel_aspect));
@@ -140,13 +153,11 @@ Calibration from_ros_or_opencv(KeyReader reader, const std::string& file, const 
   const LensModel model = model_of(reader);
   const std::vector<double> coefficients = coefficients_key ? matrix(reader, *coefficients_key) : std::vector<double>{};
   refuse_binning(reader);
-  Calibration calibration =
-      with_lens(make_lens(reader, coefficients_key.value_or(*matrix_key), model, camera, coefficients));
+  const Lens lens = make_lens(reader, coefficients_key.value_or(*matrix_key), model, camera, coefficients);
   const auto width_key = first_of(reader, {"image_width", "image_Width", "width"});
   const auto height_key = first_of(reader, {"image_height", "image_Height", "height"});
-  set_size(calibration, file, options, width_key ? reader.whole(*width_key, 1, largest_side) : 0,
-           height_key ? reader.whole(*height_key, 1, largest_side) : 0);
-  return calibration;
+  return finished(lens, file, options, width_key ? reader.whole(*width_key, 1, largest_side) : 0,
+                  height_key ? reader.whole(*height_key, 1, largest_side) : 0);
 }
 
 Calibration from_kalibr(KeyReader chain, const std::string& file, const ImportOptions& options) {
@@ -166,9 +177,8 @@ Calibration from_kalibr(KeyReader chain, const std::string& file, const ImportOp
     reader.fail("distortion_model",
                 fmt::format("'{}' is not known here (allowed: radtan, equidistant, none)", shown(model)));
   }
-  Calibration calibration =
-      with_lens(make_lens(reader, "intrinsics", model == "equidistant" ? LensModel::fisheye : LensModel::polynomial,
-                          {k[0], k[1], k[2], k[3]}, coefficients));
+  const Lens lens = make_lens(reader, "intrinsics", model == "equidistant" ? LensModel::fisheye : LensModel::polynomial,
+                              {k[0], k[1], k[2], k[3]}, coefficients);
   int width = 0;
   int height = 0;
   if (reader.has("resolution")) {
@@ -181,8 +191,7 @@ Calibration from_kalibr(KeyReader chain, const std::string& file, const ImportOp
     width = static_cast<int>(size[0]);
     height = static_cast<int>(size[1]);
   }
-  set_size(calibration, file, options, width, height);
-  return calibration;
+  return finished(lens, file, options, width, height);
 }
 
 }  // namespace

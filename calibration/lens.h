@@ -39,6 +39,7 @@ struct PinholeCamera {
   double fy = 1.0;
   double cx = 0.0;
   double cy = 0.0;
+  [[nodiscard]] bool operator==(const PinholeCamera& other) const = default;
 };
 
 class Lens {
@@ -67,6 +68,7 @@ class Lens {
   [[nodiscard]] Eigen::Vector2d ray_from_pixel(const Eigen::Vector2d& pixel) const;
   /// Derivative of pixel_from_ray.
   [[nodiscard]] Eigen::Matrix2d pixel_from_ray_jacobian(const Eigen::Vector2d& ray) const;
+  [[nodiscard]] bool operator==(const Lens& other) const = default;
 
  private:
   void find_limit();

@@ -84,6 +84,8 @@ class Mapping {
   /// Whether straight lines of the plane are bent in the image.
   [[nodiscard]] bool distorts() const { return kind_ == Kind::lens && lens_.distorts(); }
   [[nodiscard]] double pixel_aspect() const { return aspect_; }
+  /// Whether all numbers are the same: what was computed for the one holds for the other.
+  [[nodiscard]] bool operator==(const Mapping& other) const = default;
 
  private:
   enum class Kind : std::uint8_t { affine, homography, lens };

@@ -4,7 +4,15 @@
 #include "calibration/distortion.h"
 #include "calibration/mapping.h"
 
-// The loops below have no branches inside and no calls, so that the compiler vectorizes them.
+// The loops below have no branches inside and no calls, so that the compiler vectorizes them: for any processor and for
+// AVX2, chosen when the program starts. Both do the same operations in the same order (see CMakeLists.txt), so the
+// results are the same to the bit. Sanitizers run before such choices can be made.
+#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+#define VSFIND_BEST_TARGET __attribute__((target_clones("avx2", "default")))
+#else
+#define VSFIND_BEST_TARGET
+#endif
+
 namespace vsfind {
 namespace {
 
@@ -35,7 +43,7 @@ struct Arrays {
 };
 
 template <typename Real>
-void affine_loop(const Homography& h, const Arrays<Real>& a) {
+inline void affine_loop(const Homography& h, const Arrays<Real>& a) {
   for (std::size_t i = 0; i < a.size; ++i) {
     const double x = a.x[i];
     const double y = a.y[i];
@@ -45,7 +53,7 @@ void affine_loop(const Homography& h, const Arrays<Real>& a) {
 }
 
 template <typename Real>
-void homography_loop(const Homography& h, const Arrays<Real>& a) {
+inline void homography_loop(const Homography& h, const Arrays<Real>& a) {
   for (std::size_t i = 0; i < a.size; ++i) {
     const double x = a.x[i];
     const double y = a.y[i];
@@ -63,7 +71,7 @@ struct LensInPixels {
 };
 
 template <typename Real, typename Distort>
-void lens_loop(const Homography& h, const LensInPixels& lens, const Arrays<Real>& a, Distort distort) {
+inline void lens_loop(const Homography& h, const LensInPixels& lens, const Arrays<Real>& a, Distort distort) {
   for (std::size_t i = 0; i < a.size; ++i) {
     const double x = a.x[i];
     const double y = a.y[i];
@@ -76,6 +84,30 @@ void lens_loop(const Homography& h, const LensInPixels& lens, const Arrays<Real>
     a.image_x[i] = static_cast<Real>(lens.fx * p.x + cx);
     a.image_y[i] = static_cast<Real>(lens.fy * p.y + (cx - lens.cx + lens.cy));
   }
+}
+
+// Targets are chosen for functions, not for templates.
+VSFIND_BEST_TARGET void map_affine(const Homography& h, const Arrays<double>& a) { affine_loop(h, a); }
+VSFIND_BEST_TARGET void map_homography(const Homography& h, const Arrays<double>& a) { homography_loop(h, a); }
+VSFIND_BEST_TARGET void map_brown(const Homography& h, const LensInPixels& lens, const Arrays<double>& a) {
+  lens_loop(h, lens, a, distortion::brown);
+}
+VSFIND_BEST_TARGET void map_polynomial(const Homography& h, const LensInPixels& lens, const Arrays<double>& a) {
+  lens_loop(h, lens, a, distortion::polynomial);
+}
+VSFIND_BEST_TARGET void map_fisheye(const Homography& h, const LensInPixels& lens, const Arrays<double>& a) {
+  lens_loop(h, lens, a, distortion::fisheye);
+}
+VSFIND_BEST_TARGET void map_affine(const Homography& h, const Arrays<float>& a) { affine_loop(h, a); }
+VSFIND_BEST_TARGET void map_homography(const Homography& h, const Arrays<float>& a) { homography_loop(h, a); }
+VSFIND_BEST_TARGET void map_brown(const Homography& h, const LensInPixels& lens, const Arrays<float>& a) {
+  lens_loop(h, lens, a, distortion::brown);
+}
+VSFIND_BEST_TARGET void map_polynomial(const Homography& h, const LensInPixels& lens, const Arrays<float>& a) {
+  lens_loop(h, lens, a, distortion::polynomial);
+}
+VSFIND_BEST_TARGET void map_fisheye(const Homography& h, const LensInPixels& lens, const Arrays<float>& a) {
+  lens_loop(h, lens, a, distortion::fisheye);
 }
 
 }  // namespace
@@ -99,18 +131,14 @@ void Mapping::project_many(const PlaneFromLocal& pose, std::span<const Real> x, 
   const Arrays<Real> arrays{x.size(), x.data(), y.data(), image_x.data(), image_y.data()};
   if (!distorts()) {
     m.row(1) = (m.row(1) - first_line(field_) * m.row(2)).eval() / step;
-    return kind_ == Kind::affine ? affine_loop(Homography(m), arrays) : homography_loop(Homography(m), arrays);
+    return kind_ == Kind::affine ? map_affine(Homography(m), arrays) : map_homography(Homography(m), arrays);
   }
   const Homography h(m);
   const LensInPixels lens{
       lens_.coefficients(), lens_.max_radius2(), c.fx, c.fy / step, c.cx, (c.cy - first_line(field_)) / step};
-  if (lens_.model() == LensModel::fisheye) {
-    return lens_loop(h, lens, arrays, [](const auto& k, double u, double v) { return distortion::fisheye(k, u, v); });
-  }
-  if (lens_.coefficient_count() <= 5) {
-    return lens_loop(h, lens, arrays, [](const auto& k, double u, double v) { return distortion::brown(k, u, v); });
-  }
-  lens_loop(h, lens, arrays, [](const auto& k, double u, double v) { return distortion::polynomial(k, u, v); });
+  if (lens_.model() == LensModel::fisheye) return map_fisheye(h, lens, arrays);
+  if (lens_.coefficient_count() <= 5) return map_brown(h, lens, arrays);
+  map_polynomial(h, lens, arrays);
 }
 
 void Mapping::image_from_local(const PlaneFromLocal& pose, std::span<const double> x, std::span<const double> y,

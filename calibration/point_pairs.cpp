@@ -177,6 +177,23 @@ Indices agreeing_points(const std::vector<Eigen::Vector2d>& world, const std::ve
   return second.size() >= 4 ? second : first;
 }
 
+/// What was measured in a picture lies in it, or on its border at the furthest: anything else may be a slip of the pen,
+/// or belong to a picture of another size.
+std::vector<std::string> doubtful_points(const std::vector<PointPair>& pairs, const SolveOptions& options,
+                                         const std::string& file) {
+  std::vector<std::string> doubts;
+  const int height = options.image_height / line_step(options.made_from);
+  for (const PointPair& pair : pairs) {
+    if (pair.image.x() >= -1.0 && pair.image.y() >= -1.0 && pair.image.x() <= options.image_width &&
+        pair.image.y() <= height) {
+      continue;
+    }
+    doubts.push_back(fmt::format("{}:{}: the image point {:g},{:g} lies outside the picture of {}x{}", file, pair.line,
+                                 pair.image.x(), pair.image.y(), options.image_width, height));
+  }
+  return doubts;
+}
+
 }  // namespace
 
 std::vector<PointPair> parse_point_pairs(const std::string& text, const std::string& file) {
@@ -249,7 +266,7 @@ Solution solve_points(const std::vector<PointPair>& pairs, const SolveOptions& o
     plane_only.plane_view = 0;
     solution = solve_views({used}, plane_only);
     const Mapping mapping = mapping_of(solution.calibration);
-    solution.warnings.clear();
+    solution.warnings = doubtful_points(pairs, options, file);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       if (std::find(kept.begin(), kept.end(), i) != kept.end()) continue;
       const double distance = (mapping.image_from_plane(world[i]) - frame[i]).norm();

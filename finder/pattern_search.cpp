@@ -306,7 +306,12 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   task.polarity = p.polarity;
   task.threshold = static_cast<float>(0.5 * options.min_score);
   task.most = 48 + 12 * std::min<std::size_t>(wanted, 30);
-  task.region = options.region ? &*options.region : nullptr;
+  std::optional<Roi> region = options.region;
+  if (rectified_.update(top, *scene.mapping, 0.5 * std::hypot(p.width, p.height) * p.pitch)) {
+    task.projection = {&rectified_.mapping(), &rectified_.level(), p.pitch};
+    if (region) region = rectified_.region(*region);
+  }
+  task.region = region ? &*region : nullptr;
   coarse_.run(task, threads, peaks_);
 
   // The best candidates first; the others only where these do not settle the matter.

@@ -9,6 +9,7 @@
 #include "finder/field_fit.h"
 #include "finder/fit.h"
 #include "finder/prepared_pattern.h"
+#include "finder/rectified_level.h"
 
 namespace vsfind {
 
@@ -51,6 +52,7 @@ class PatternSearch {
   void choose_matches(const PreparedPattern& prepared, const SearchOptions& options, std::size_t wanted,
                       PatternMatches& out);
 
+  RectifiedLevel rectified_;
   CoarseSearch coarse_;
   std::vector<CoarseCandidate> peaks_;
   std::vector<Candidate> candidates_;

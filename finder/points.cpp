@@ -89,9 +89,11 @@ void Projection::level_from_pattern(const Pose& pose, const double* x, const dou
   }
   const auto n = static_cast<std::size_t>(count);
   mapping->image_from_local({turn, plane}, {x, n}, {y, n}, {u, n}, {v, n});
+  const double per_x = 1.0 / level->step_x;
+  const double per_y = 1.0 / level->step_y;
   for (std::size_t i = 0; i < n; ++i) {
-    u[i] = (u[i] - level->offset_x) / level->step_x;
-    v[i] = (v[i] - level->offset_y) / level->step_y;
+    u[i] = (u[i] - level->offset_x) * per_x;
+    v[i] = (v[i] - level->offset_y) * per_y;
   }
 }
 

@@ -93,6 +93,8 @@ TEST_F(Replay, TakesThePixelAspectFromTheHeader) {
   const Outcome outcome = vsfind({"replay", part_ / "line.y4m", "--model", part_.model(), "--min-score", "0", "-v"});
   EXPECT_EQ(outcome.code, 0);
   EXPECT_THAT(outcome.err, HasSubstr("pixel aspect 59:54 as the source says"));
+  // The pattern was trained with square pixels.
+  EXPECT_THAT(outcome.err, HasSubstr("was trained with pixel aspect 1, the pictures are taken to have 1.0926"));
   const auto rows = csv_rows(outcome.out);
   ASSERT_EQ(rows.size(), 8U);
   for (const auto& row : rows) {

@@ -97,6 +97,27 @@ void expect_projects_like_opencv(const Calibration& calibration) {
   }
 }
 
+// A file made from single fields counts their rows; one made from frames serves fields as it is.
+TEST(Import, FilesMadeFromFields) {
+  const std::string of_fields = replaced(ros, "image_height: 480", "image_height: 240");
+  const Lens frame = *parse_foreign_calibration(ros, "f.yaml").lens;
+  for (const Field field : {Field::top, Field::bottom}) {
+    const Calibration made = parse_foreign_calibration(of_fields, "f.yaml", {0, 0, 0, field});
+    EXPECT_EQ(made.image_height, 480);
+    EXPECT_EQ(made.made_from, field);
+    EXPECT_NEAR(made.pixel_aspect, 2.0 * 437.302876 / 438.783367, 1e-12);
+    for (const Eigen::Vector2d& ray : {Eigen::Vector2d(0.1, 0.2), Eigen::Vector2d(-0.2, 0.05)}) {
+      // Where the file puts the ray in the field is where the mapping of that field finds it.
+      const Eigen::Vector2d in_field = frame.pixel_from_ray(ray);
+      EXPECT_LT((made.lens->pixel_from_ray(ray) - Mapping().for_field(field).frame_from_image(in_field)).norm(), 1e-9);
+    }
+    EXPECT_TRUE(*parse_foreign_calibration(ros, "f.yaml", {0, 640, 240, field}).lens == frame);
+    EXPECT_EQ(parse_foreign_calibration(ros, "f.yaml", {0, 640, 240, field}).image_height, 480);
+    EXPECT_EQ(parse_foreign_calibration(of_fields, "f.yaml", {0, 640, 240, field}).image_height, 480);
+    EXPECT_EQ(complaint_of(ros, {0, 640, 200, field}), "f.yaml: is for images of 640x480, not 640x200");
+  }
+}
+
 TEST(Import, RosPlumbBob) {
   const Calibration calibration = parse_foreign_calibration(ros, "f.yaml");
   EXPECT_EQ(calibration.image_width, 640);

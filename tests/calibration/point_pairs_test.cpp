@@ -104,6 +104,22 @@ TEST(PointPairs, FourAreMetExactly) {
   EXPECT_THAT(solution.warnings, IsEmpty());
 }
 
+TEST(PointPairs, PointsOutsideThePictureAreDoubted) {
+  std::vector<PointPair> pairs{{{0, 0}, {0, 0}, 2}, {{640, 0}, {200, 0}, 3}, {{640, 480}, {200, 150}, 4}};
+  pairs.push_back({{0, 480}, {0, 150}, 5});
+  BoardView used;
+  EXPECT_THAT(solve_points(pairs, options_640(), "p.csv", used).warnings, IsEmpty());
+  pairs[3].image.y() = 4800.0;
+  EXPECT_THAT(solve_points(pairs, options_640(), "p.csv", used).warnings,
+              ElementsAre("p.csv:5: the image point 0,4800 lies outside the picture of 640x480"));
+  SolveOptions fields = options_640();
+  fields.made_from = Field::top;
+  pairs[3].image.y() = 400.0;
+  EXPECT_THAT(solve_points(pairs, fields, "p.csv", used).warnings,
+              ElementsAre(HasSubstr("p.csv:4: the image point 640,480 lies outside the picture of 640x240"),
+                          HasSubstr("p.csv:5: the image point 0,400 lies outside the picture of 640x240")));
+}
+
 TEST(PointPairs, FieldsCountTheirOwnRows) {
   std::vector<PointPair> pairs = pairs_of(camera().for_field(Field::bottom), 4, 0.0);
   SolveOptions options = options_640();
@@ -161,7 +177,7 @@ TEST(PointPairs, ManyAreFittedAndOutliersNamed) {
 
 TEST(PointPairs, BeforeAKnownLensGiveThePlanesPose) {
   const Lens lens = test::lens_of(LensModel::polynomial, {-0.28, 0.10, 6e-4, -4e-4, -0.02});
-  const PlanePose truth = test::slanted_plane(30.0, -12.0, 20.0, 400.0);
+  const PlanePose truth = test::slanted_plane(30.0, -12.0, 20.0, 500.0);
   const Mapping mapping = Mapping::from_lens(lens, truth);
   std::vector<PointPair> pairs = pairs_of(mapping, 12, 0.0);
   pairs[3].image.y() -= 9.0;

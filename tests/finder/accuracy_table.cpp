@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   std::vector<Entry> entries = accuracy_rows();
-  for (auto* more : {&robust_rows, &trust_rows}) {
+  for (auto* more : {&robust_rows, &trust_rows, &calibrated_rows}) {
     for (Entry& entry : (*more)()) entries.push_back(std::move(entry));
   }
   if (list) {

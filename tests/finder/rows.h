@@ -20,8 +20,9 @@ struct Entry {
   std::function<bool(const Settings&)> measure;
 };
 
-[[nodiscard]] std::vector<Entry> accuracy_rows();  ///< translation, rotation, the accuracy table, scales, fields
-[[nodiscard]] std::vector<Entry> robust_rows();    ///< random poses in clutter under every difficulty
-[[nodiscard]] std::vector<Entry> trust_rows();     ///< false alarms, instances, honest sigmas, growth
+[[nodiscard]] std::vector<Entry> accuracy_rows();    ///< translation, rotation, the accuracy table, scales, fields
+[[nodiscard]] std::vector<Entry> robust_rows();      ///< random poses in clutter under every difficulty
+[[nodiscard]] std::vector<Entry> trust_rows();       ///< false alarms, instances, honest sigmas, growth
+[[nodiscard]] std::vector<Entry> calibrated_rows();  ///< poses on the plane through pixel shape, slant and lens
 
 }  // namespace vsfind::measure
