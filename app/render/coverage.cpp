@@ -1,4 +1,4 @@
-#include "coverage.h"
+#include "app/render/coverage.h"
 
 #include <algorithm>
 #include <array>

@@ -5,8 +5,8 @@
 #include <optional>
 #include <vector>
 
-#include "random.h"
-#include "scene.h"
+#include "app/render/random.h"
+#include "app/render/scene.h"
 
 namespace vsfind::render {
 

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "scene.h"
+#include "app/render/scene.h"
 
 namespace vsfind::render {
 

@@ -5,8 +5,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "app/render/scene.h"
 #include "finder/pose.h"
-#include "scene.h"
 
 namespace vsfind::render {
 

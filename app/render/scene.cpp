@@ -1,10 +1,10 @@
-#include "scene.h"
+#include "app/render/scene.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "coverage.h"
+#include "app/render/coverage.h"
 
 namespace vsfind::render {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "acquisition/image_view.h"
-#include "scene.h"
+#include "app/render/scene.h"
 
 namespace vsfind::render {
 

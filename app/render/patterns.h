@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "scene.h"
+#include "app/render/scene.h"
 
 namespace vsfind::render {
 

@@ -1,10 +1,10 @@
-#include "sensor.h"
+#include "app/render/sensor.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstring>
 
-#include "random.h"
+#include "app/render/random.h"
 
 namespace vsfind::render {
 

@@ -1,11 +1,11 @@
-#include "patterns.h"
+#include "app/render/patterns.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "clutter.h"
-#include "random.h"
+#include "app/render/clutter.h"
+#include "app/render/random.h"
 
 namespace vsfind::render {
 namespace {

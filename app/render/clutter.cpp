@@ -1,11 +1,11 @@
-#include "clutter.h"
+#include "app/render/clutter.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "patterns.h"
-#include "truth.h"
+#include "app/render/patterns.h"
+#include "app/render/truth.h"
 
 namespace vsfind::render {
 namespace {

@@ -1,4 +1,4 @@
-#include "truth.h"
+#include "app/render/truth.h"
 
 #include <Eigen/LU>
 #include <cmath>
