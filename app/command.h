@@ -26,7 +26,8 @@ struct Command {
   X(replay)                \
   X(inspect)               \
   X(calibrate)             \
-  X(qualify)
+  X(qualify)               \
+  X(evaluate)
 
 #define VSFIND_DECLARE_COMMAND(name) [[nodiscard]] Command name##_command();
 VSFIND_COMMANDS(VSFIND_DECLARE_COMMAND)
