@@ -61,7 +61,7 @@ void Evaluation::write_report(const std::string& folder,
     chart.whole_steps = !chart.bars;
     const cv::Mat picture = draw_chart(chart);
     write_png(folder + "/" + file + ".png", picture);
-    page.chart(picture, caption);
+    page.chart(picture, chart.title + ". " + caption);
   };
   const auto if_right = [](const Judgement& j, double value) { return j.verdict == Verdict::right ? value : nothing; };
   Chart position;

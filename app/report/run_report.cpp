@@ -113,7 +113,7 @@ void RunReport::write(const Summary& summary) const {
   const auto add_chart = [&](const std::string& file, const Chart& chart, const std::string& caption) {
     const cv::Mat picture = draw_chart(chart);
     write_png(folder_ + "/" + file + ".png", picture);
-    page.chart(picture, caption);
+    page.chart(picture, chart.title + ". " + caption);
   };
   const auto over_time = [&](const std::string& file, const std::string& title, const std::string& y_label,
                              auto value) {
