@@ -9,6 +9,7 @@
 #include "app/drawing.h"
 #include "app/output_file.h"
 #include "app/overlay.h"
+#include "app/report/page.h"
 #include "app/result_row.h"
 
 namespace vsfind {
@@ -104,12 +105,11 @@ void Evaluation::add(const FrameResult& result, const SourceMapping& mapping) {
     const std::size_t first = judgements_.size();
     search_ms_.push_back(picture.search_ms);
     for (std::size_t p = 0; p < picture.patterns.size(); ++p) judge(picture.field, p, picture.patterns[p].matches);
-    keep_shot(result, picture, mapping, first);
+    keep_shot(picture, mapping, first);
   }
 }
 
-void Evaluation::keep_shot(const FrameResult& result, const PictureResult& picture, const SourceMapping& mapping,
-                           std::size_t first_judgement) {
+void Evaluation::keep_shot(const PictureResult& picture, const SourceMapping& mapping, std::size_t first_judgement) {
   const Judgement* worst = nullptr;
   for (std::size_t i = first_judgement; i < judgements_.size(); ++i) {
     if (worst == nullptr || badness(judgements_[i]) > badness(*worst)) worst = &judgements_[i];
@@ -138,7 +138,7 @@ void Evaluation::keep_shot(const FrameResult& result, const PictureResult& pictu
       draw_cross(shot.picture, j.match->frame_position, 6.0, found_colour);
     }
   }
-  static_cast<void>(result);
+  shot.picture = for_gallery(shot.picture);
   const auto place = std::upper_bound(worst_.begin(), worst_.end(), shot.badness,
                                       [](double value, const Shot& other) { return value > other.badness; });
   worst_.insert(place, std::move(shot));

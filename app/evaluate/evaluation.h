@@ -44,8 +44,7 @@ class Evaluation {
   using Table = std::vector<std::vector<std::string>>;
   [[nodiscard]] Table count_table() const;
   [[nodiscard]] Table error_table() const;
-  void keep_shot(const FrameResult& result, const PictureResult& picture, const SourceMapping& mapping,
-                 std::size_t first_judgement);
+  void keep_shot(const PictureResult& picture, const SourceMapping& mapping, std::size_t first_judgement);
 
   TruthFile truth_;
   Tolerance tolerance_;

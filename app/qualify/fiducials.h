@@ -26,8 +26,8 @@ struct MeasuredSquare {
 /// All squares of one picture as one body.
 struct FiducialPose {
   Eigen::Vector2d centre{0.0, 0.0};  ///< mean of the squares' centres, plane units
-  double angle_deg = 0.0;  ///< from the first picture measured, least squares over the centres
-  double sigma = 0.0;      ///< of the centre, per axis
+  double angle_deg = 0.0;            ///< from the first picture measured, least squares over the centres
+  double sigma = 0.0;                ///< of the centre, per axis
   double sigma_angle_deg = 0.0;
 };
 

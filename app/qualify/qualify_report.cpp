@@ -182,7 +182,7 @@ void add_test(Page& page, const StageTest& test, const SourceMapping& mapping, c
   }
   const cv::Mat picture = stage_picture(run, mapping);
   write_png(folder + "/" + name + "-picture.png", picture);
-  page.gallery_picture(picture, "The first image: the pattern as found, the fiducials numbered.");
+  page.gallery_picture(for_gallery(picture), "The first image: the pattern as found, the fiducials numbered.");
 }
 
 void write_measured(const QualifyResults& results, const std::string& path) {

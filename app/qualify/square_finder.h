@@ -15,7 +15,7 @@ namespace vsfind {
 /// Right to a pixel or two.
 struct RoughSquare {
   std::array<Eigen::Vector2d, 4> corners;  ///< pixels of the image, one after the other round the square
-  Eigen::Vector2d centre{0.0, 0.0};                  ///< pixels
+  Eigen::Vector2d centre{0.0, 0.0};        ///< pixels
   double side = 0.0;                       ///< plane units, the mean of the four
 };
 

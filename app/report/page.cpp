@@ -1,7 +1,9 @@
 #include "app/report/page.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
 #include <string_view>
 
 #include "acquisition/errors.h"
@@ -82,6 +84,18 @@ std::string base64(const std::vector<unsigned char>& bytes) {
     text += left > 2 ? letters[group & 63U] : '=';
   }
   return text;
+}
+
+cv::Mat for_gallery(const cv::Mat& picture) {
+  constexpr int most = 1280;
+  const int side = std::max(picture.cols, picture.rows);
+  if (side <= most) return picture;
+  const double scale = static_cast<double>(most) / side;
+  cv::Mat smaller;
+  const cv::Size size(std::max(1, static_cast<int>(picture.cols * scale)),
+                      std::max(1, static_cast<int>(picture.rows * scale)));
+  cv::resize(picture, smaller, size, 0.0, 0.0, cv::INTER_AREA);
+  return smaller;
 }
 
 Page::Page(std::string title) : title_(std::move(title)) {}

@@ -14,6 +14,9 @@ namespace vsfind {
 /// RFC 4648.
 [[nodiscard]] std::string base64(const std::vector<unsigned char>& bytes);
 
+/// The picture itself, or a smaller one where it has more pixels than a gallery shows: many are kept in memory.
+[[nodiscard]] cv::Mat for_gallery(const cv::Mat& picture);
+
 class Page {
  public:
   explicit Page(std::string title);

@@ -88,6 +88,7 @@ void RunReport::keep_shot(const FrameResult& result, const PictureResult& pictur
   if (!failed) shot.caption += fmt::format(", score {}", fixed(lowest, 4));
   shot.picture = overlay_canvas(picture.grey, picture.field);
   draw_matches(shot.picture, picture, patterns_, mapping.mapping);
+  shot.picture = for_gallery(shot.picture);
   if (failed) {
     failures_.push_back(std::move(shot));
     return;

@@ -87,6 +87,12 @@ TEST(Page, TextIsEscaped) {
               Not(testing::AnyOf(HasSubstr("<script"), HasSubstr("<b><"), HasSubstr("<i>"), HasSubstr("<u>"))));
 }
 
+TEST(Page, GalleryPicturesAreBounded) {
+  EXPECT_EQ(for_gallery(cv::Mat(480, 640, CV_8UC3)).size(), cv::Size(640, 480));
+  EXPECT_EQ(for_gallery(cv::Mat(4000, 5120, CV_8UC3, cv::Scalar::all(7))).size(), cv::Size(1280, 1000));
+  EXPECT_EQ(for_gallery(cv::Mat(1, 9000, CV_8UC3, cv::Scalar::all(7))).size(), cv::Size(1280, 1));
+}
+
 TEST(Page, Base64) {
   const auto of = [](const std::string& text) { return base64({text.begin(), text.end()}); };
   EXPECT_EQ(of(""), "");
