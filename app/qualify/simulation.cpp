@@ -103,7 +103,8 @@ Simulation simulate_stages(const SimulationOptions& options) {
     for (int i = 0; i < options.steps; ++i) {
       const bool linear = stage->kind == StageKind::linear;
       const Pose pose = linear ? linear_pose(i) : rotary_pose(i, options.steps);
-      pictures->push_back(picture(pose, static_cast<std::uint64_t>((linear ? 1000 : 2000) + i)));
+      const std::uint64_t first = linear ? 1000 : 2000;
+      pictures->push_back(picture(pose, first + static_cast<std::uint64_t>(i)));
       stage->truth.push_back(render::expected_pose(trained, pose, origin));
     }
     stage->pictures = std::move(pictures);
