@@ -14,7 +14,7 @@ namespace {
 
 class ChartMaker {
  public:
-  ChartMaker(const StageRun& run, StageKind kind) : run_(run), prefix_(name(kind)) {
+  ChartMaker(const StageRun& run, StageKind kind) : prefix_(name(kind)) {
     for (std::size_t i = 0; i < run.frames.size(); ++i) x_.push_back(static_cast<double>(i + 1));
   }
 
@@ -55,7 +55,6 @@ class ChartMaker {
   std::vector<NamedChart> take() { return std::move(charts_); }
 
  private:
-  const StageRun& run_;
   std::string prefix_;
   std::vector<double> x_;
   std::vector<NamedChart> charts_;
