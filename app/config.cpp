@@ -170,7 +170,7 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
                                    fmt::join(known, ", ")));
     }
     for (const auto& other : setting->excludes) {
-      if (has_key(other)) throw UsageError(where + ": cannot be given together with " + other);
+      if (has_key(other)) throw UsageError(fmt::format("{}: cannot be given together with {}", where, other));
     }
     std::vector<std::string> values = entry.values;
     if (entry.list && !setting->repeatable) {

@@ -230,7 +230,8 @@ void Evaluation::write_csv(const std::string& path) const {
     std::string model = j.model;
     if (model.find_first_of(",\"\n\r") != std::string::npos) {
       for (std::size_t at = 0; (at = model.find('"', at)) != std::string::npos; at += 2) model.insert(at, 1, '"');
-      model = "\"" + model + "\"";
+      model.insert(0, 1, '"');
+      model += '"';
     }
     file.write_line(fmt::format("{},{},{},{},{},{},{},{},{},{}", j.frame, name(j.field), model, name(j.verdict),
                                 j.match ? fixed(j.match->score, 5) : "", j.truth ? fixed(j.truth->x, 6) : "",
