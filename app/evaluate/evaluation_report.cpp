@@ -92,6 +92,7 @@ void Evaluation::write_report(const std::string& folder,
   for (const auto& shot : worst_) page.gallery_picture(shot.picture, shot.caption);
   page.heading("Settings");
   std::vector<std::vector<std::string>> rows;
+  rows.reserve(settings.size());
   for (const auto& [what, value] : settings) rows.push_back({what, value});
   page.table({"setting", "value"}, rows, true);
   page.write(folder + "/report.html");

@@ -275,6 +275,7 @@ void write_qualify_report(const QualifyResults& results, const std::string& fold
       "unknown; "
       "beside the fiducials their own predicted noise is added. A sample of 20 images tells an S.D. to about 16%.");
   std::vector<std::vector<std::string>> settings;
+  settings.reserve(results.settings.size());
   for (const auto& [what, value] : results.settings) settings.push_back({what, value});
   page.table({"setting", "value"}, settings, true);
   write_measured(results, folder + "/measured.csv");
