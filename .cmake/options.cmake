@@ -12,6 +12,12 @@ target_compile_options(vsfind_options INTERFACE -Wall -Wextra -Wpedantic -Wshado
 if(VSFIND_PRECOMPILE AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   target_compile_options(vsfind_options INTERFACE -fpch-preprocess)  # ccache wants it
 endif()
+if(VSFIND_FUZZ)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "Clang")
+    message(FATAL_ERROR "VSFIND_FUZZ needs clang (Debian: clang, libclang-rt-14-dev): cmake --preset fuzz")
+  endif()
+  target_compile_options(vsfind_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 if(VSFIND_SANITIZE)
   target_compile_options(vsfind_options INTERFACE
     -fsanitize=${VSFIND_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)

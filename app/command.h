@@ -25,7 +25,9 @@ struct Command {
   X(find)                  \
   X(replay)                \
   X(inspect)               \
-  X(calibrate)
+  X(calibrate)             \
+  X(qualify)               \
+  X(evaluate)
 
 #define VSFIND_DECLARE_COMMAND(name) [[nodiscard]] Command name##_command();
 VSFIND_COMMANDS(VSFIND_DECLARE_COMMAND)

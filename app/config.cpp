@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <yaml-cpp/depthguard.h>
+#include <yaml-cpp/eventhandler.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <sstream>
 
 #include "acquisition/errors.h"
 #include "app/nearest.h"
@@ -55,6 +57,32 @@ void check_nesting(const std::string& path, const std::string& text) {
   }
 }
 
+/// Takes a document's events and does nothing.
+class Ignore final : public YAML::EventHandler {
+ public:
+  void OnDocumentStart(const YAML::Mark& /*mark*/) override {}
+  void OnDocumentEnd() override {}
+  void OnNull(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnAlias(const YAML::Mark& /*mark*/, YAML::anchor_t /*anchor*/) override {}
+  void OnScalar(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                const std::string& /*value*/) override {}
+  void OnSequenceStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                       YAML::EmitterStyle::value /*style*/) override {}
+  void OnSequenceEnd() override {}
+  void OnMapStart(const YAML::Mark& /*mark*/, const std::string& /*tag*/, YAML::anchor_t /*anchor*/,
+                  YAML::EmitterStyle::value /*style*/) override {}
+  void OnMapEnd() override {}
+};
+
+/// Whether more than one document stands there. Looks for a second one only: of some broken texts the parser finds
+/// documents without end.
+bool holds_several_documents(const std::string& text) {
+  std::istringstream in(text);
+  YAML::Parser parser(in);
+  Ignore ignore;
+  return parser.HandleNextDocument(ignore) && parser.HandleNextDocument(ignore);
+}
+
 int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
 
 std::string scalar_of(const YAML::Node& node, const std::string& where) {
@@ -96,10 +124,11 @@ Config load_config(const std::string& path) {
   check_nesting(path, text);
   Config config{path, {}};
   try {
-    const auto documents = YAML::LoadAll(text);
-    if (documents.size() > 1) throw UsageError(path + ": holds more than one YAML document (allowed: one)");
-    if (documents.empty() || documents[0].IsNull()) return config;
-    const YAML::Node& root = documents[0];
+    if (holds_several_documents(text)) {
+      throw UsageError(path + ": holds more than one YAML document (allowed: one)");
+    }
+    const YAML::Node root = YAML::Load(text);
+    if (!root || root.IsNull()) return config;
     if (!root.IsMap()) {
       throw UsageError(fmt::format("{}:{}: is not a list of keys (allowed: KEY: VALUE)", path, line_of(root)));
     }
@@ -141,7 +170,7 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
                                    fmt::join(known, ", ")));
     }
     for (const auto& other : setting->excludes) {
-      if (has_key(other)) throw UsageError(where + ": cannot be given together with " + other);
+      if (has_key(other)) throw UsageError(fmt::format("{}: cannot be given together with {}", where, other));
     }
     std::vector<std::string> values = entry.values;
     if (entry.list && !setting->repeatable) {

@@ -79,6 +79,13 @@ int run_find(FindRequest& request) {
       break;
     }
   }
+  try {
+    if (output) output->write_report();
+  } catch (const std::exception&) {
+    output->clear_progress();
+    const int failed = report_error(std::current_exception());
+    if (code == exit_done) code = failed;
+  }
   if (output) output->finish();
   return code;
 }

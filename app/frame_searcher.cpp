@@ -63,7 +63,7 @@ FrameSearcher::FrameSearcher(std::vector<std::shared_ptr<const Pattern>> pattern
       mapping_(std::move(mapping)),
       search_(options.search),
       mode_(options.field),
-      keep_pictures_(!options.overlay.empty()) {
+      keep_pictures_(!options.overlay.empty() || !options.report.empty()) {
   check_units(finder_.patterns(), mapping_);
 }
 

@@ -42,21 +42,7 @@ void draw_match(cv::Mat& canvas, const Pattern& pattern, const Match& match, con
   const auto in_frame = [&](double x, double y) {
     return frame_mapping.image_from_plane(plane_from_pattern(match.pose, pattern.pitch * Eigen::Vector2d(x, y)));
   };
-  // A side may be curved in the picture (perspective, lens), so it is drawn in pieces.
-  constexpr int pieces = 16;
-  const double right = pattern.left + pattern.width;
-  const double bottom = pattern.top + pattern.height;
-  const std::array<Eigen::Vector2d, 5> corners{
-      Eigen::Vector2d(pattern.left, pattern.top), Eigen::Vector2d(right, pattern.top), Eigen::Vector2d(right, bottom),
-      Eigen::Vector2d(pattern.left, bottom), Eigen::Vector2d(pattern.left, pattern.top)};
-  std::vector<Eigen::Vector2d> outline;
-  for (std::size_t side = 0; side + 1 < corners.size(); ++side) {
-    for (int i = 0; i < pieces; ++i) {
-      const Eigen::Vector2d p = corners[side] + (corners[side + 1] - corners[side]) * (static_cast<double>(i) / pieces);
-      outline.push_back(in_frame(p.x(), p.y()));
-    }
-  }
-  draw_outline(canvas, outline, colour);
+  draw_outline(canvas, pattern_outline(pattern, match.pose, frame_mapping), colour);
 
   // Half transparent: there may be hundreds, and the part is to be seen beneath them.
   constexpr double point_arm = 1.0;
@@ -115,6 +101,23 @@ cv::Mat overlay_canvas(const GreyPicture& grey, Field field) {
   cv::Mat canvas;
   cv::cvtColor(frame, canvas, cv::COLOR_GRAY2BGR);
   return canvas;
+}
+
+std::vector<Eigen::Vector2d> pattern_outline(const Pattern& pattern, const Pose& pose, const Mapping& frame_mapping) {
+  constexpr int pieces = 16;
+  const double right = pattern.left + pattern.width;
+  const double bottom = pattern.top + pattern.height;
+  const std::array<Eigen::Vector2d, 5> corners{
+      Eigen::Vector2d(pattern.left, pattern.top), Eigen::Vector2d(right, pattern.top), Eigen::Vector2d(right, bottom),
+      Eigen::Vector2d(pattern.left, bottom), Eigen::Vector2d(pattern.left, pattern.top)};
+  std::vector<Eigen::Vector2d> outline;
+  for (std::size_t side = 0; side + 1 < corners.size(); ++side) {
+    for (int i = 0; i < pieces; ++i) {
+      const Eigen::Vector2d p = corners[side] + (corners[side + 1] - corners[side]) * (static_cast<double>(i) / pieces);
+      outline.push_back(frame_mapping.image_from_plane(plane_from_pattern(pose, pattern.pitch * p)));
+    }
+  }
+  return outline;
 }
 
 void draw_matches(cv::Mat& canvas, const PictureResult& picture,

@@ -3,6 +3,7 @@
 /// Pictures of what was found: the pattern's outline, points and origin drawn at its pose, with score and pose in
 /// words.
 
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -16,6 +17,11 @@ namespace vsfind {
 /// The picture in the shape of a whole frame, colour, ready to be drawn on: a field's rows lie at their frame rows
 /// (2r of the top field, 2r+1 of the bottom one), the rows between are interpolated.
 [[nodiscard]] cv::Mat overlay_canvas(const GreyPicture& grey, Field field);
+
+/// The outline of a pattern that lies at a pose, in frame pixels: a closed line of many points, as a side may be
+/// curved.
+[[nodiscard]] std::vector<Eigen::Vector2d> pattern_outline(const Pattern& pattern, const Pose& pose,
+                                                           const Mapping& frame_mapping);
 
 /// Draws what was found of one picture. `canvas` is in frame pixels, `frame_mapping` takes them to the plane.
 void draw_matches(cv::Mat& canvas, const PictureResult& picture,

@@ -79,6 +79,11 @@ std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, Re
   }
   signals.on_signal({});
   output.count_dropped(dropped);
+  try {
+    output.write_report();
+  } catch (...) {
+    error.set(std::current_exception());
+  }
   return error.get();
 }
 

@@ -17,8 +17,9 @@ ResultOutput::ResultOutput(const RunOptions& options, std::vector<std::shared_pt
                            std::optional<std::uint64_t> total_frames)
     : patterns_(std::move(patterns)),
       progress_(!log_is_quiet(), options.csv == "-" || options.jsonl == "-", total_frames) {
-  // The folder first: where it cannot be made, no row file is emptied for nothing.
+  // The folders first: where one cannot be made, no row file is emptied for nothing.
   if (!options.overlay.empty()) overlay_.emplace(options.overlay);
+  if (!options.report.empty()) report_.emplace(options.report, patterns_);
   if (!options.csv.empty()) writers_.push_back(std::make_unique<CsvWriter>(options.csv));
   if (!options.jsonl.empty()) writers_.push_back(std::make_unique<JsonlWriter>(options.jsonl));
 }
@@ -60,7 +61,12 @@ void ResultOutput::put(const FrameResult& result, const SourceMapping& mapping) 
   }
   summary_.add(result);
   if (overlay_) overlay_->write(result, patterns_, mapping.mapping);
+  if (report_) report_->add(result, mapping, row.latency_ms);
   progress_.update(summary_.frames);
+}
+
+void ResultOutput::write_report() const {
+  if (report_) report_->write(summary_);
 }
 
 void ResultOutput::finish() noexcept {

@@ -10,6 +10,7 @@
 #include "app/frame_searcher.h"
 #include "app/overlay.h"
 #include "app/progress.h"
+#include "app/report/run_report.h"
 #include "app/row_writer.h"
 #include "app/run_options.h"
 #include "app/summary.h"
@@ -34,6 +35,9 @@ class ResultOutput {
 
   [[nodiscard]] const Summary& summary() const { return summary_; }
 
+  /// Writes the report, where one is asked for. Throws IoError.
+  void write_report() const;
+
   /// Ends the progress bar and prints the summary on stderr, unless --quiet or nothing came. Never throws.
   void finish() noexcept;
 
@@ -41,6 +45,7 @@ class ResultOutput {
   std::vector<std::shared_ptr<const Pattern>> patterns_;
   std::vector<std::unique_ptr<RowWriter>> writers_;
   std::optional<OverlayWriter> overlay_;
+  std::optional<RunReport> report_;
   Progress progress_;
   Summary summary_;
 };

@@ -71,6 +71,11 @@ std::vector<Setting> run_settings(RunOptions& options, const std::string& field_
   add("overlay", "DIR", "Write a PNG of every searched picture with what was found drawn into it", [o](Values v) {
     o->overlay = parse_path(v[0]);
   }).path = true;
+  add("report", "DIR",
+      "Write report.html (complete in itself) and its charts into this folder: score and pose over time, times, "
+      "failures",
+      [o](Values v) { o->report = parse_path(v[0]); })
+      .path = true;
   add("threads", "N", "Threads of a search, 1 to 64; rows do not depend on it (default 1)",
       [o](Values v) { o->search.threads = parse_whole(v[0], 1, 64); });
   return settings;

@@ -20,6 +20,7 @@ struct RunOptions {
   std::string csv;      ///< file, "-" for stdout, "" for none
   std::string jsonl;    ///< the same
   std::string overlay;  ///< folder for pictures, "" for none
+  std::string report;   ///< folder for a report, "" for none
 };
 
 /// The settings that fill `options`, which must outlive them. `field_help` says what --field means for the command.

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
+#include <string>
 
 #include "acquisition/errors.h"
 #include "finder/coarse_search.h"
@@ -264,6 +264,39 @@ Pattern pattern_from(const Json& json, const std::string& path) {
   return p;
 }
 
+/// The whole of a file that may be a pipe or a device, which tell no size.
+std::string read_bounded(std::ifstream& in, const std::string& path) {
+  std::string text;
+  std::string block(std::size_t{1} << 16U, '\0');
+  while (in.read(block.data(), static_cast<std::streamsize>(block.size())), in.gcount() > 0) {
+    text.append(block, 0, static_cast<std::size_t>(in.gcount()));
+    if (text.size() > largest_file) {
+      throw UsageError(fmt::format("{}: is no model: it has more than the {} bytes allowed", path, largest_file));
+    }
+  }
+  return text;
+}
+
+/// Whether brackets nest deeper than in any model: what follows recurses into them.
+bool nests_too_deeply(const std::string& text) {
+  constexpr int deepest = 32;
+  int depth = 0;
+  bool quoted = false;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (quoted && c == '\\') {
+      ++i;
+    } else if (c == '"') {
+      quoted = !quoted;
+    } else if (!quoted && (c == '[' || c == '{')) {
+      if (++depth > deepest) return true;
+    } else if (!quoted && (c == ']' || c == '}')) {
+      --depth;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 void save_model(const Pattern& pattern, const std::string& path) {
@@ -303,9 +336,8 @@ Pattern load_model(const std::string& path) {
   if (!failed && size > largest_file) {
     throw UsageError(fmt::format("{}: is no model: it has {} bytes (allowed: at most {})", path, size, largest_file));
   }
-  std::ostringstream text;
-  text << in.rdbuf();
-  const Json file = Json::parse(text.str(), nullptr, false);
+  const std::string text = read_bounded(in, path);
+  const Json file = nests_too_deeply(text) ? Json() : Json::parse(text, nullptr, false);
   if (file.is_discarded() || !file.is_object() || !file.contains("format") || file.at("format") != format_name) {
     throw UsageError(fmt::format("{}: is no vsfind model, or damaged", path));
   }

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
+#include "app/render/patterns.h"
 #include "finder/calibrated_stage.h"
 #include "finder/rectified_level.h"
-#include "render/patterns.h"
 
 namespace {
 

@@ -6,10 +6,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "app/render/patterns.h"
+#include "app/render/sensor.h"
 #include "finder/search.h"
 #include "finder/train.h"
-#include "render/patterns.h"
-#include "render/sensor.h"
 
 namespace {
 

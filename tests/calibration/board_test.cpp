@@ -8,11 +8,11 @@
 #include <opencv2/calib3d.hpp>
 
 #include "acquisition/errors.h"
+#include "app/render/random.h"
 #include "calibration/board_detect.h"
 #include "calibration/solve.h"
 #include "tests/calibration/cameras.h"
 #include "tests/calibration/rendered_boards.h"
-#include "tests/render/random.h"
 
 namespace vsfind {
 namespace {

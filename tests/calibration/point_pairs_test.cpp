@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "acquisition/errors.h"
+#include "app/render/random.h"
 #include "tests/calibration/cameras.h"
-#include "tests/render/random.h"
 
 namespace vsfind {
 namespace {

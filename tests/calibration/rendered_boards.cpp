@@ -3,9 +3,9 @@
 #include <opencv2/aruco/charuco.hpp>
 #include <opencv2/core.hpp>
 
+#include "app/render/patterns.h"
 #include "calibration/board_detect.h"
 #include "tests/calibration/cameras.h"
-#include "tests/render/patterns.h"
 
 namespace vsfind::test {
 namespace {

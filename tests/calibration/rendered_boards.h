@@ -3,10 +3,10 @@
 
 #include <vector>
 
+#include "app/render/scene.h"
+#include "app/render/sensor.h"
 #include "calibration/board.h"
 #include "calibration/mapping.h"
-#include "tests/render/scene.h"
-#include "tests/render/sensor.h"
 
 namespace vsfind::test {
 

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <optional>
 
-#include "render/clutter.h"
-#include "render/patterns.h"
-#include "render/truth.h"
+#include "app/render/clutter.h"
+#include "app/render/patterns.h"
+#include "app/render/truth.h"
 
 namespace vsfind::measure {
 namespace {

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "app/render/scene.h"
+#include "app/render/sensor.h"
 #include "finder/search.h"
 #include "finder/train.h"
-#include "render/scene.h"
-#include "render/sensor.h"
 
 namespace vsfind::measure {
 

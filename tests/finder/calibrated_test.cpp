@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "app/render/patterns.h"
 #include "calibrated_stage.h"
-#include "render/patterns.h"
 
 namespace vsfind::measure {
 namespace {

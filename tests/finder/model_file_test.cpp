@@ -9,9 +9,9 @@
 #include <sstream>
 
 #include "acquisition/errors.h"
+#include "app/render/patterns.h"
+#include "app/render/sensor.h"
 #include "finder/train.h"
-#include "render/patterns.h"
-#include "render/sensor.h"
 
 namespace vsfind {
 namespace {

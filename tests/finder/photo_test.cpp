@@ -11,11 +11,11 @@
 #include <string>
 
 #include "acquisition/image_file.h"
+#include "app/render/random.h"
+#include "app/render/sensor.h"
+#include "app/render/truth.h"
 #include "finder/search.h"
 #include "finder/train.h"
-#include "render/random.h"
-#include "render/sensor.h"
-#include "render/truth.h"
 
 namespace vsfind {
 namespace {

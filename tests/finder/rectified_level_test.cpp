@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "app/render/random.h"
 #include "calibrated_stage.h"
-#include "render/random.h"
 
 namespace vsfind {
 namespace {

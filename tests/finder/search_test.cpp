@@ -7,11 +7,11 @@
 #include <cmath>
 
 #include "acquisition/errors.h"
+#include "app/render/clutter.h"
+#include "app/render/patterns.h"
+#include "app/render/sensor.h"
+#include "app/render/truth.h"
 #include "finder/train.h"
-#include "render/clutter.h"
-#include "render/patterns.h"
-#include "render/sensor.h"
-#include "render/truth.h"
 
 namespace vsfind {
 namespace {

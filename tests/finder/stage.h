@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
+#include "app/render/clutter.h"
+#include "app/render/patterns.h"
+#include "app/render/sensor.h"
+#include "app/render/truth.h"
 #include "finder/search.h"
 #include "finder/train.h"
 #include "measured.h"
-#include "render/clutter.h"
-#include "render/patterns.h"
-#include "render/sensor.h"
-#include "render/truth.h"
 
 namespace vsfind::measure {
 

@@ -5,8 +5,8 @@
 /// of it over the pixel's square, by 8 × 8 samples.
 
 #include "acquisition/image_view.h"
+#include "app/render/scene.h"
 #include "finder/pose.h"
-#include "scene.h"
 
 namespace vsfind::render {
 

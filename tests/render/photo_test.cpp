@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "render/sensor.h"
+#include "app/render/sensor.h"
 
 namespace vsfind::render {
 namespace {

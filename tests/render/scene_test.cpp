@@ -1,5 +1,5 @@
 /// The renderer proves itself: positions by moments, areas, blur, fields.
-#include "render/scene.h"
+#include "app/render/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/patterns.h"
-#include "render/random.h"
-#include "render/sensor.h"
+#include "app/render/patterns.h"
+#include "app/render/random.h"
+#include "app/render/sensor.h"
 
 namespace vsfind::render {
 namespace {

@@ -9,10 +9,10 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "acquisition/errors.h"
-#include "clutter.h"
-#include "patterns.h"
-#include "random.h"
-#include "truth.h"
+#include "app/render/clutter.h"
+#include "app/render/patterns.h"
+#include "app/render/random.h"
+#include "app/render/truth.h"
 
 namespace vsfind::render {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "app/render/sensor.h"
 #include "finder/pose.h"
-#include "sensor.h"
 
 namespace vsfind::render {
 

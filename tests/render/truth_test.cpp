@@ -1,12 +1,12 @@
 /// Truth, occlusion and clutter are what they say.
-#include "render/truth.h"
+#include "app/render/truth.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "render/clutter.h"
-#include "render/patterns.h"
+#include "app/render/clutter.h"
+#include "app/render/patterns.h"
 
 namespace vsfind::render {
 namespace {

@@ -1,0 +1,65 @@
+#pragma once
+/// @file
+/// The experiment's first half: pattern and fiducials found in every frame.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquisition/source.h"
+#include "app/frame_searcher.h"
+#include "app/qualify/fiducials.h"
+#include "app/qualify/pose_bound.h"
+#include "app/source_mapping.h"
+#include "finder/search.h"
+
+namespace vsfind {
+
+/// Which squares serve as fiducials.
+struct FiducialChoice {
+  bool wanted = true;
+  std::vector<Roi> regions;  ///< one square in each in the first frame; empty: the four around the pattern
+};
+
+/// What was measured in one good frame.
+struct StageFrame {
+  std::uint64_t frame = 0;
+  std::optional<Match> match;
+  std::optional<FiducialPose> fiducials;
+  std::optional<Pose> truth;  ///< where it is known
+  double search_ms = 0.0;
+  double noise = 0.0;  ///< grey levels of 255
+};
+
+struct StageRun {
+  std::shared_ptr<const Pattern> pattern;
+  std::string source;
+  std::string unit;
+  int width = 0;
+  int height = 0;
+  Field field = Field::frame;
+  std::vector<StageFrame> frames;
+  std::size_t bad_frames = 0;
+  double noise = 0.0;  ///< mean of all frames
+  PoseBound bound;     ///< with the angle where the pattern was searched over angles
+  bool angle_searched = false;
+  std::vector<RoughSquare> squares;  ///< fiducials in the first frame that has them, pixels of the picture
+  GreyPicture picture;               ///< of that frame, or of the first one
+  std::optional<Match> picture_match;
+};
+
+struct StageRequest {
+  std::shared_ptr<const Pattern> pattern;
+  SearchOptions search;
+  SourceMapping mapping;
+  Field field = Field::frame;  ///< which lines of whole frames are looked at
+  FiducialChoice fiducials;
+  std::vector<Pose> truth;      ///< of every frame, where it is known
+  std::size_t most_frames = 0;  ///< 0: all
+};
+
+/// Runs through the source. Throws what the source throws, and UsageError where a region holds no square, naming it.
+[[nodiscard]] StageRun run_stage(FrameSource& source, const StageRequest& request);
+
+}  // namespace vsfind
