@@ -60,6 +60,10 @@ struct SourceUri {
 };
 [[nodiscard]] SourceUri parse_source_uri(const std::string& uri);
 
+/// Throws CameraError where this program was built without what the URI's kind of camera needs, saying which Debian
+/// package that is. Throws UsageError as parse_source_uri().
+void require_backend(const std::string& uri);
+
 /// Frame sizes that a camera offers in one pixel format; of a fixed size both ends are the same.
 struct CameraSizes {
   int min_width = 0;

@@ -41,20 +41,31 @@ SourceUri parse_source_uri(const std::string& uri) {
   return parsed;
 }
 
+void require_backend(const std::string& uri) {
+  [[maybe_unused]] const SourceUri::Scheme scheme = parse_source_uri(uri).scheme;
+#ifndef VSFIND_HAVE_V4L2
+  if (scheme == SourceUri::Scheme::v4l2) throw left_out(uri, "V4L2", "libv4l-dev");
+#endif
+#ifndef VSFIND_HAVE_ARAVIS
+  if (scheme == SourceUri::Scheme::gige) throw left_out(uri, "GigE Vision", "libaravis-dev libusb-1.0-0-dev");
+#endif
+}
+
 std::unique_ptr<FrameSource> open_source(const std::string& uri, [[maybe_unused]] const CameraSettings& settings) {
+  require_backend(uri);
   const SourceUri parsed = parse_source_uri(uri);
   switch (parsed.scheme) {
     case SourceUri::Scheme::v4l2:
 #ifdef VSFIND_HAVE_V4L2
       return open_v4l2(parsed.name, settings);
 #else
-      throw left_out(uri, "V4L2", "libv4l-dev");
+      break;
 #endif
     case SourceUri::Scheme::gige:
 #ifdef VSFIND_HAVE_ARAVIS
       return open_gige(parsed.name, settings);
 #else
-      throw left_out(uri, "GigE Vision", "libaravis-dev libusb-1.0-0-dev");
+      break;
 #endif
     case SourceUri::Scheme::file:
       break;

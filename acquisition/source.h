@@ -18,6 +18,7 @@ struct Ratio {
   std::int64_t numerator = 0;
   std::int64_t denominator = 0;
   [[nodiscard]] bool known() const { return numerator > 0 && denominator > 0; }
+  bool operator==(const Ratio&) const = default;
   [[nodiscard]] double value() const { return static_cast<double>(numerator) / static_cast<double>(denominator); }
 };
 
@@ -32,6 +33,7 @@ struct SourceInfo {
   Ratio frame_rate;                     ///< frames per second
   std::optional<std::uint64_t> frames;  ///< how many there are, where that is known beforehand
   bool live = false;                    ///< a camera: frames come when they come
+  bool operator==(const SourceInfo&) const = default;
 };
 
 /// Something that happened to a source, once: not per frame.

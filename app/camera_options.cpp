@@ -50,8 +50,9 @@ std::vector<Setting> camera_settings(CameraSettings& camera) {
       [c](Values values) {
         c->controls.clear();
         for (const auto& value : values) c->controls.push_back(parse_control(value));
-      })
-      .repeatable = true;
+      });
+  settings.back().repeatable = true;
+  settings.back().pairs = true;
   add("trigger", "off|software|LINE", "GigE: what starts a frame; LINE as the camera calls it: Line1 (default off)",
       [c](Values v) { c->trigger = v[0]; });
   add("trigger-rate", "HZ", "GigE: software triggers per second (default: one as soon as a frame has come)",

@@ -1,9 +1,11 @@
 #include "app/result_output.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <chrono>
 
+#include "acquisition/errors.h"
 #include "app/log.h"
 
 namespace vsfind {
@@ -13,21 +15,23 @@ std::int64_t monotonic_ns() {
       .count();
 }
 
-ResultOutput::ResultOutput(const RunOptions& options, std::vector<std::shared_ptr<const Pattern>> patterns,
-                           std::optional<std::uint64_t> total_frames)
-    : patterns_(std::move(patterns)),
+ResultOutput::ResultOutput(const RunOptions& options, std::optional<std::uint64_t> total_frames,
+                           const RowFileOptions& row_files)
+    : keep_going_(row_files.keep_going),
       progress_(!log_is_quiet(), options.csv == "-" || options.jsonl == "-", total_frames) {
   // The folder first: where it cannot be made, no row file is emptied for nothing.
   if (!options.overlay.empty()) overlay_.emplace(options.overlay);
-  if (!options.csv.empty()) writers_.push_back(std::make_unique<CsvWriter>(options.csv));
-  if (!options.jsonl.empty()) writers_.push_back(std::make_unique<JsonlWriter>(options.jsonl));
+  if (!options.csv.empty()) writers_.push_back(std::make_unique<CsvWriter>(options.csv, row_files));
+  if (!options.jsonl.empty()) writers_.push_back(std::make_unique<JsonlWriter>(options.jsonl, row_files));
 }
 
-void ResultOutput::put(const FrameResult& result, const SourceMapping& mapping) {
+void ResultOutput::put(const FrameResult& result) {
   constexpr double ms_per_ns = 1e-6;
   const auto write = [this](const ResultRow& row) {
     for (const auto& writer : writers_) writer->write(row);
   };
+  const auto& patterns = *result.patterns;
+  const SourceMapping& mapping = *result.mapping;
   ResultRow row;
   row.source = result.source;
   row.frame = result.info.sequence;
@@ -37,7 +41,7 @@ void ResultOutput::put(const FrameResult& result, const SourceMapping& mapping) 
   if (result.info.status != FrameStatus::good) {
     row.status = RowStatus::bad_frame;
     row.field = result.info.field;
-    for (const auto& pattern : patterns_) {
+    for (const auto& pattern : patterns) {
       row.model = pattern->name;
       write(row);
     }
@@ -47,7 +51,7 @@ void ResultOutput::put(const FrameResult& result, const SourceMapping& mapping) 
     row.search_ms = picture.search_ms;
     for (std::size_t p = 0; p < picture.patterns.size(); ++p) {
       const auto& matches = picture.patterns[p].matches;
-      row.model = patterns_[p]->name;
+      row.model = patterns[p]->name;
       row.status = matches.empty() ? RowStatus::not_found : RowStatus::found;
       row.instance = 0;
       if (matches.empty()) write(row);
@@ -59,13 +63,29 @@ void ResultOutput::put(const FrameResult& result, const SourceMapping& mapping) 
     }
   }
   summary_.add(result);
-  if (overlay_) overlay_->write(result, patterns_, mapping.mapping);
+  summary_.latency_ms.add(row.latency_ms);
+  if (overlay_) write_overlay(result);
   progress_.update(summary_.frames);
+}
+
+void ResultOutput::write_overlay(const FrameResult& result) {
+  try {
+    overlay_->write(result, *result.patterns, result.mapping->mapping);
+  } catch (const IoError& error) {
+    if (!keep_going_) throw;
+    if (lost_overlays_++ == 0) spdlog::error("{}; going on without", error.what());
+  }
+}
+
+std::uint64_t ResultOutput::lost() const {
+  std::uint64_t lost = lost_overlays_;
+  for (const auto& writer : writers_) lost += writer->lost();
+  return lost;
 }
 
 void ResultOutput::finish() noexcept {
   progress_.clear();
-  if (log_is_quiet() || summary_.frames == 0) return;
+  if (log_is_quiet() || (summary_.frames == 0 && !summary_.shows_latency)) return;
   try {
     fmt::print(stderr, "vsfind: {}\n", summary_.text());
   } catch (...) {  // stderr is gone: nobody is there to be told

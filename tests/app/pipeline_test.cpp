@@ -79,7 +79,7 @@ class PipelineTest : public testing::Test {
   }
   std::exception_ptr run(ScriptedSource& source, const PipelineOptions& pipeline = {}) {
     FrameSearcher searcher(load_models(options_.models), options_, {});
-    ResultOutput output(options_, searcher.patterns(), std::nullopt);
+    ResultOutput output(options_, std::nullopt);
     return run_pipeline(source, searcher, output, signals_, pipeline);
   }
   [[nodiscard]] auto rows() const { return csv_rows(read_file(part_ / "rows.csv")); }
@@ -149,7 +149,7 @@ TEST_F(PipelineTest, DroppingCountsWhatItLoses) {
   // A source that gives all at once is faster than any search.
   ScriptedSource source(test::scene(90, 70), 400);
   FrameSearcher searcher(load_models(options_.models), options_, {});
-  ResultOutput output(options_, searcher.patterns(), std::nullopt);
+  ResultOutput output(options_, std::nullopt);
   EXPECT_FALSE(run_pipeline(source, searcher, output, signals_, {.queue_length = 2, .drop_oldest = true}));
   const auto found = rows();
   EXPECT_LT(found.size(), 400U);
