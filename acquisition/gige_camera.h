@@ -3,6 +3,8 @@
 /// A GigE camera found on the network and set up, not yet streaming. Included by the gige_*.cpp files only.
 
 #include <cstddef>
+#include <cstdint>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -13,10 +15,15 @@
 
 namespace vsfind::gige {
 
+/// Held while cameras are opened, described and closed: Aravis builds and frees their descriptions without locks of its
+/// own, and two at once damage each other.
+[[nodiscard]] std::unique_lock<std::mutex> lock_opening();
+
 /// Makes Aravis look for GigE cameras only. Called before anything else of it.
 void use_gige_only();
 
-/// Finds the camera that `name` means and takes control of it. `uri` is for complaints. Throws CameraError.
+/// Finds the camera that `name` means and takes control of it. `uri` is for complaints. Throws CameraError. Wants the
+/// lock of lock_opening() held.
 [[nodiscard]] ObjectPtr<ArvCamera> find_camera(const std::string& uri, const std::string& name);
 
 /// The camera's own network address.

@@ -1,4 +1,3 @@
-#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <map>
@@ -14,11 +13,6 @@ namespace gige {
 namespace {
 
 std::string text_or_empty(const char* text) { return text != nullptr ? text : ""; }
-
-bool is_address(const std::string& text) {
-  in_addr address{};
-  return ::inet_pton(AF_INET, text.c_str(), &address) == 1;
-}
 
 /// Which of Aravis' names a serial number belongs to: learnt once, so that a camera that comes back is found as
 /// quickly by its serial number as by its name.
@@ -97,6 +91,11 @@ ObjectPtr<ArvCamera> open_first(const std::string& uri) {
 
 }  // namespace
 
+std::unique_lock<std::mutex> lock_opening() {
+  static std::mutex mutex;
+  return std::unique_lock(mutex);
+}
+
 void use_gige_only() {
   static std::once_flag once;
   std::call_once(once, [] {
@@ -109,9 +108,9 @@ void use_gige_only() {
 
 ObjectPtr<ArvCamera> find_camera(const std::string& uri, const std::string& name) {
   use_gige_only();
-  ObjectPtr<ArvCamera> camera = name.empty()       ? open_first(uri)
-                                : is_address(name) ? open_by_address(uri, name)
-                                                   : open_by_name(uri, name);
+  ObjectPtr<ArvCamera> camera = name.empty()            ? open_first(uri)
+                                : is_ipv4_address(name) ? open_by_address(uri, name)
+                                                        : open_by_name(uri, name);
   ArvDevice* const device = arv_camera_get_device(camera.get());
   if (!ARV_IS_GV_DEVICE(device)) throw CameraError(fmt::format("{}: is not a GigE camera", uri));
   // A second client opens well, and would only fail when it wants frames.
@@ -182,6 +181,7 @@ void describe(CameraDescription& description) {
 
 std::vector<CameraDescription> list_gige(bool details) {
   using namespace gige;
+  const auto lock = lock_opening();
   use_gige_only();
   std::vector<CameraDescription> cameras;
   for (const std::string& id : discovered()) {

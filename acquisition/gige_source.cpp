@@ -80,6 +80,11 @@ class GigeSource final : public FrameSource {
  public:
   GigeSource(const std::string& name, const CameraSettings& settings) : settings_(settings) {
     info_.name = "gige:" + name;
+    // Asked first, without the lock: a camera that is not there is told in a fraction of the time, and does not keep
+    // the others waiting.
+    if (is_ipv4_address(name) && !answers_discovery(name))
+      throw CameraError(fmt::format("{}: no camera answers", info_.name));
+    const auto lock = lock_opening();
     camera_ = find_camera(info_.name, name);
     setup_ = set_up(camera_.get(), info_.name, settings);
     describe();
@@ -89,6 +94,7 @@ class GigeSource final : public FrameSource {
   }
 
   ~GigeSource() override {
+    const auto lock = lock_opening();
     if (stream_) {
       CallError ignored;
       // A lost camera answers nothing: every register would cost seconds of waiting.
@@ -97,6 +103,7 @@ class GigeSource final : public FrameSource {
       buffers_->part_from_stream();
       stream_.reset();
     }
+    camera_.reset();
   }
 
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
@@ -121,7 +128,8 @@ class GigeSource final : public FrameSource {
   [[nodiscard]] std::string statistics() const override {
     const auto count = [this](const char* name) { return arv_stream_get_info_uint64_by_name(stream_.get(), name); };
     return fmt::format(
-        "{} frames complete, {} failed, {} without a free buffer, {} packets missing, {} resent, {} frames of wrong "
+        "{} frames complete, {} failed, {} packets without a free buffer, {} packets missing, {} resent, {} frames of "
+        "wrong "
         "size",
         count("n_completed_buffers"), count("n_failures"), count("n_underruns"), count("n_missing_packets"),
         count("n_resent_packets"), count("n_size_mismatch_errors") + short_frames_);
@@ -161,10 +169,13 @@ class GigeSource final : public FrameSource {
           "{}: the kernel's receive buffers hold {} bytes, a frame has {}: frames may be lost (sysctl "
           "net.core.rmem_max={} helps)",
           info_.name, limit, setup_.payload, buffer);
+    // A running thread would take the buffer's size to heart after the first frame only, and lose that.
+    arv_stream_stop_thread(stream_.get(), FALSE);
     g_object_set(stream_.get(), "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_FIXED, "socket-buffer-size", buffer,
                  "packet-resend",
                  settings_.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
                  nullptr);
+    arv_stream_start_thread(stream_.get());
     buffers_ = std::make_shared<StreamBuffers>(stream_.get(), settings_.buffers + (converted_ ? 0 : lent_at_once),
                                                setup_.payload);
     g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost", G_CALLBACK(on_control_lost), this);

@@ -4,11 +4,13 @@
 #include <ifaddrs.h>
 #include <net/if.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
+#include <cstdint>
 #include <fstream>
 #include <memory>
 
@@ -72,6 +74,37 @@ std::optional<NetworkPath> path_to(const std::string& address) {
   device.copy(request.ifr_name, IFNAMSIZ - 1);
   if (::ioctl(socket.get(), SIOCGIFMTU, &request) == 0) path.mtu = request.ifr_mtu;
   return path;
+}
+
+bool is_ipv4_address(const std::string& text) {
+  in_addr address{};
+  return ::inet_pton(AF_INET, text.c_str(), &address) == 1;
+}
+
+bool answers_discovery(const std::string& address) {
+  constexpr std::uint16_t port = 3956;
+  sockaddr_in there{};
+  there.sin_family = AF_INET;
+  there.sin_port = htons(port);
+  const Socket socket;
+  if (socket.get() < 0 || ::inet_pton(AF_INET, address.c_str(), &there.sin_addr) != 1 ||
+      ::connect(socket.get(), reinterpret_cast<sockaddr*>(&there), sizeof there) != 0)
+    return false;
+  constexpr int attempts = 3;
+  constexpr int wait_ms = 200;
+  for (int i = 0; i < attempts; ++i) {
+    // Key, "acknowledge", DISCOVERY_CMD, no data, request number.
+    const std::array<std::uint8_t, 8> command{0x42, 0x11, 0x00, 0x02,
+                                              0x00, 0x00, 0x00, static_cast<std::uint8_t>(i + 1)};
+    std::array<std::uint8_t, 600> answer{};
+    pollfd waited{socket.get(), POLLIN, 0};
+    const bool sent = ::send(socket.get(), command.data(), command.size(), MSG_NOSIGNAL) == ssize_t{command.size()};
+    if (!sent || ::poll(&waited, 1, wait_ms) != 1) continue;
+    const ssize_t size = ::recv(socket.get(), answer.data(), answer.size(), MSG_DONTWAIT);
+    if (size < 8) continue;
+    if (answer[2] == 0x00 && answer[3] == 0x03) return true;  // DISCOVERY_ACK
+  }
+  return false;
 }
 
 long max_receive_buffer() {
