@@ -69,6 +69,8 @@ int run_live(LiveRequest& request) {
         std::make_unique<FrameSearcher>(load_models(wanted.options.models), wanted.options,
                                         is_known ? mapping_for(wanted.uri, {}, choice) : SourceMapping{});
     open[i].source = open_live(wanted, request.give_up_after);
+    const SourceInfo& info = open[i].source->info();  // of a camera it is known with its first frame
+    check_region(wanted.options.search, info.width, info.height, info.name);
     if (!wanted.record.empty()) open[i].recorder = std::make_unique<Recorder>(wanted.record);
     lanes.push_back(lane_of(wanted, open[i]));
   }
