@@ -14,7 +14,7 @@ namespace vsfind {
 
 struct ReconnectOptions {
   std::chrono::milliseconds first_pause{100};  ///< before the second attempt to open; doubles from attempt to attempt
-  std::chrono::milliseconds longest_pause{1000};
+  std::chrono::milliseconds longest_pause{500};
   std::optional<std::chrono::milliseconds> give_up_after;  ///< without a camera for so long: next() throws CameraError
 };
 
