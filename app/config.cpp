@@ -190,9 +190,10 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
       values.assign(1, joined);
     }
     if (setting->uri) {
-      constexpr std::string_view file = "file:";
+      const std::string file = "file:";
       for (auto& value : values) {
-        if (value.starts_with(file)) value = std::string(file) + from_folder_of(config.path, value.substr(file.size()));
+        if (value.starts_with(file))
+          value.replace(file.size(), std::string::npos, from_folder_of(config.path, value.substr(file.size())));
       }
     }
     if (setting->path) {

@@ -34,7 +34,7 @@ class LaneRun {
   /// Lets go of a source that nobody wants frames of any more.
   void abort();
   /// No further frames; those that wait are still searched.
-  void stop() { lane_.source->stop(); }
+  void stop() const { lane_.source->stop(); }
   void end_of_capture() { frames_.close(); }
 
   /// After the end of both threads.

@@ -44,16 +44,24 @@ class LiveGige : public testing::Test {
     return more;
   }
   /// Rows of a source are those of the recording, in its order, whichever came first.
-  void expect_replayed(const std::vector<Row>& rows) const {
+  void expect_replayed(const std::vector<Row>& rows) const { expect_replayed(rows, replayed_); }
+  static void expect_replayed(const std::vector<Row>& rows, const std::vector<Row>& replayed) {
     ASSERT_FALSE(rows.empty());
+    std::map<std::pair<std::size_t, std::string>, Row> wanted;
+    std::size_t frames = 0;
+    for (const Row& row : replayed) {
+      const std::size_t frame = std::stoull(row.at("frame"));
+      wanted[{frame, row.at("field")}] = bare(row);
+      frames = std::max(frames, frame + 1);
+    }
     std::set<std::size_t> starts;
-    for (std::size_t start = 0; start < replayed_.size(); ++start) {
+    for (std::size_t start = 0; start < frames; ++start) {
       bool all = true;
       const std::uint64_t first = std::stoull(rows[0].at("frame"));
       for (const Row& row : rows) {
         if (row.at("status") == "bad_frame") continue;
-        const std::size_t place = (start + std::stoull(row.at("frame")) - first) % replayed_.size();
-        all = all && bare(row) == bare(replayed_[place]);
+        const std::size_t place = (start + std::stoull(row.at("frame")) - first) % frames;
+        all = all && bare(row) == wanted[{place, row.at("field")}];
       }
       if (all) starts.insert(start);
     }
@@ -84,6 +92,25 @@ TEST_F(LiveGige, RowsAreThoseOfTheFramesServedAndOfTheRecordingMade) {
     EXPECT_EQ(again[i].at("frame"), rows[i].at("frame"));
     EXPECT_EQ(again[i].at("timestamp_ns"), rows[i].at("timestamp_ns"));
     EXPECT_EQ(bare(again[i]), bare(rows[i]));
+  }
+}
+
+TEST_F(LiveGige, BothFieldsOfAnInterlacedCameraAreFound) {
+  const auto replayed =
+      csv_rows(vsfind({"replay", part_ / "line.y4m", "--model", part_.model(), "--field", "split"}).out);
+  ASSERT_EQ(replayed.size(), 16U);
+  auto words = server("127.0.0.1", "40");
+  words.emplace_back("--interlaced");
+  const GigeServer camera(words);
+  for (const std::string mode : {"ConcatenatedNewFields", "DeinterlacedNewFields"}) {
+    SCOPED_TRACE(mode);
+    const Outcome outcome = vsfind(live(
+        {"--source", "gige:127.0.0.1", "--frames", "10", "--field", "split", "--control", "FieldOutputMode=" + mode}));
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    const auto rows = csv_rows(outcome.out);
+    EXPECT_GE(rows.size(), 15U);
+    expect_replayed(rows, replayed);
+    EXPECT_EQ(rows[0].at("field"), "top");
   }
 }
 
