@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <atomic>
 #include <deque>
 #include <thread>
 
@@ -49,6 +50,7 @@ class Reconnecting : public testing::Test {
         "fake",
         [this]() -> std::unique_ptr<FrameSource> {
           attempts_.push_back(std::chrono::steady_clock::now());
+          ++attempt_count_;
           if (script_.empty()) throw CameraError("fake: absent");
           const Factory factory = script_.front();
           script_.pop_front();
@@ -82,6 +84,7 @@ class Reconnecting : public testing::Test {
   }
 
   std::deque<Factory> script_;
+  std::atomic<int> attempt_count_ = 0;  // for another thread to look at
   std::vector<std::chrono::steady_clock::time_point> attempts_;
   std::vector<std::string> faults_;
   std::vector<std::string> recoveries_;
@@ -139,7 +142,7 @@ TEST_F(Reconnecting, WrongSettingsEndItAtTheStartOnly) {
 TEST_F(Reconnecting, StopEndsTheWait) {
   const auto reconnecting = source({std::chrono::hours(1), std::chrono::hours(1), std::nullopt});
   std::thread later([&] {
-    while (attempts_.empty()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    while (attempt_count_ == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
     reconnecting->stop();
   });
   EXPECT_FALSE(reconnecting->next());
