@@ -24,6 +24,7 @@ struct Command {
   X(train)                 \
   X(find)                  \
   X(replay)                \
+  X(live)                  \
   X(inspect)               \
   X(calibrate)             \
   X(qualify)               \

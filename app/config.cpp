@@ -90,13 +90,32 @@ std::string scalar_of(const YAML::Node& node, const std::string& where) {
   return node.Scalar();
 }
 
-ConfigEntry entry_of(const std::string& path, const YAML::Node& key, const YAML::Node& value) {
+std::vector<ConfigEntry> entries_of(const std::string& path, const YAML::Node& map, int depth);
+
+ConfigEntry entry_of(const std::string& path, const YAML::Node& key, const YAML::Node& value, int depth) {
   if (!key.IsScalar()) {
     throw UsageError(fmt::format("{}:{}: a key is not a plain word (allowed: KEY: VALUE)", path, line_of(key)));
   }
   ConfigEntry entry{key.Scalar(), line_of(key), value.IsSequence(), {}};
   const std::string where = fmt::format("{}:{}: key {}", path, entry.line, entry.key);
-  if (value.IsMap()) throw UsageError(where + ": holds keys of its own (allowed: a value or a list)");
+  if (value.IsMap()) {
+    entry.list = true;
+    for (const auto& pair : value) {
+      if (!pair.first.IsScalar() || pair.second.IsMap() || pair.second.IsSequence())
+        throw UsageError(where + ": holds more than names and plain values");
+      entry.values.push_back(pair.first.Scalar() + "=" + scalar_of(pair.second, where));
+    }
+    entry.pairs = true;
+    if (entry.values.empty()) throw UsageError(where + ": needs a value");
+    return entry;
+  }
+  if (entry.list && depth == 0 && value.size() > 0 && value[0].IsMap()) {
+    for (const auto& item : value) {
+      if (!item.IsMap()) throw UsageError(where + ": the list holds plain values and keys alike");
+      entry.blocks.push_back(entries_of(path, item, depth + 1));
+    }
+    return entry;
+  }
   if (!entry.list) {
     entry.values.push_back(scalar_of(value, where));
     return entry;
@@ -107,6 +126,21 @@ ConfigEntry entry_of(const std::string& path, const YAML::Node& key, const YAML:
   }
   if (entry.values.empty()) throw UsageError(where + ": the list is empty");
   return entry;
+}
+
+std::vector<ConfigEntry> entries_of(const std::string& path, const YAML::Node& map, int depth) {
+  std::vector<ConfigEntry> entries;
+  std::map<std::string, int> lines;
+  for (const auto& pair : map) {
+    ConfigEntry entry = entry_of(path, pair.first, pair.second, depth);
+    const auto [earlier, fresh] = lines.emplace(entry.key, entry.line);
+    if (!fresh) {
+      throw UsageError(fmt::format("{}:{}: key {}: stands in line {} already (allowed: once)", path, entry.line,
+                                   entry.key, earlier->second));
+    }
+    entries.push_back(std::move(entry));
+  }
+  return entries;
 }
 
 /// A path of the configuration as seen from where the program runs.
@@ -132,16 +166,7 @@ Config load_config(const std::string& path) {
     if (!root.IsMap()) {
       throw UsageError(fmt::format("{}:{}: is not a list of keys (allowed: KEY: VALUE)", path, line_of(root)));
     }
-    std::map<std::string, int> lines;
-    for (const auto& pair : root) {
-      ConfigEntry entry = entry_of(path, pair.first, pair.second);
-      const auto [earlier, fresh] = lines.emplace(entry.key, entry.line);
-      if (!fresh) {
-        throw UsageError(fmt::format("{}:{}: key {}: stands in line {} already (allowed: once)", path, entry.line,
-                                     entry.key, earlier->second));
-      }
-      config.entries.push_back(std::move(entry));
-    }
+    config.entries = entries_of(path, root, 0);
   } catch (const YAML::DeepRecursion& error) {
     throw UsageError(
         fmt::format("{}:{}: is nested too deeply (allowed: keys with values or lists)", path, error.mark.line + 1));
@@ -149,6 +174,14 @@ Config load_config(const std::string& path) {
     throw UsageError(fmt::format("{}:{}: is not YAML: {}", path, error.mark.line + 1, error.msg));
   }
   return config;
+}
+
+std::optional<ConfigEntry> Config::take(const std::string& key) {
+  const auto place = std::find_if(entries.begin(), entries.end(), [&](const auto& entry) { return entry.key == key; });
+  if (place == entries.end()) return std::nullopt;
+  ConfigEntry entry = std::move(*place);
+  entries.erase(place);
+  return entry;
 }
 
 void apply_config(const Config& config, const std::vector<Setting>& settings) {
@@ -172,6 +205,8 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
     for (const auto& other : setting->excludes) {
       if (has_key(other)) throw UsageError(fmt::format("{}: cannot be given together with {}", where, other));
     }
+    if (!entry.blocks.empty() || (entry.pairs && !setting->pairs))
+      throw UsageError(where + ": holds keys of its own (allowed: a value or a list)");
     std::vector<std::string> values = entry.values;
     if (entry.list && !setting->repeatable) {
       if (setting->separator == '\0')
@@ -182,6 +217,13 @@ void apply_config(const Config& config, const std::vector<Setting>& settings) {
         joined += value;
       }
       values.assign(1, joined);
+    }
+    if (setting->uri) {
+      const std::string file = "file:";
+      for (auto& value : values) {
+        if (value.starts_with(file))
+          value.replace(file.size(), std::string::npos, from_folder_of(config.path, value.substr(file.size())));
+      }
     }
     if (setting->path) {
       for (auto& value : values) value = from_folder_of(config.path, value);

@@ -13,13 +13,15 @@ std::string csv_cell(const std::string& text) {
   return quoted + '"';
 }
 
-}  // namespace
-
-CsvWriter::CsvWriter(const std::string& path) : file_(path) {
+std::string csv_header() {
   std::string header;
   for (const auto& cell : row_cells({})) header += (header.empty() ? "" : ",") + std::string(cell.column);
-  file_.write_line(header);
+  return header;
 }
+
+}  // namespace
+
+CsvWriter::CsvWriter(const std::string& path, RowFileOptions options) : file_(path, csv_header(), std::move(options)) {}
 
 void CsvWriter::write(const ResultRow& row) {
   std::string line;

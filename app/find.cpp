@@ -71,8 +71,8 @@ int run_find(FindRequest& request) {
     }
     try {
       // Only now, so that a mistyped name of an image does not empty the rows of an earlier run.
-      if (!output) output = std::make_unique<ResultOutput>(options, searcher.patterns(), request.images.size());
-      output->put(*result, searcher.mapping());
+      if (!output) output = std::make_unique<ResultOutput>(options, request.images.size());
+      output->put(*result);
     } catch (const std::exception&) {
       if (output) output->clear_progress();
       code = report_error(std::current_exception());

@@ -60,26 +60,37 @@ void check_region(const SearchOptions& options, int width, int height, const std
 FrameSearcher::FrameSearcher(std::vector<std::shared_ptr<const Pattern>> patterns, const RunOptions& options,
                              SourceMapping mapping)
     : finder_(std::move(patterns), options.search),
-      mapping_(std::move(mapping)),
       search_(options.search),
       mode_(options.field),
       keep_pictures_(!options.overlay.empty() || !options.report.empty()) {
-  check_units(finder_.patterns(), mapping_);
+  set_mapping(std::move(mapping));
+}
+
+void FrameSearcher::set_mapping(SourceMapping mapping) {
+  check_units(finder_.patterns(), mapping);
+  mapping_ = std::make_shared<const SourceMapping>(std::move(mapping));
+}
+
+FrameResult FrameSearcher::unsearched(const std::string& source, const FrameInfo& info) const {
+  FrameResult result;
+  result.patterns = &finder_.patterns();
+  result.mapping = mapping_;
+  result.source = source;
+  result.info = info;
+  return result;
 }
 
 FrameResult FrameSearcher::search(const std::string& source, const FrameInfo& info, const ImageView& image) {
-  FrameResult result;
-  result.source = source;
-  result.info = info;
+  FrameResult result = unsearched(source, info);
   if (info.status != FrameStatus::good) return result;
-  mapping_.check_size(image.width, image.height, info.field);
+  mapping_->check_size(image.width, image.height, info.field);
   check_region(search_, image.width, image.height * line_step(info.field), source);
   for (const Field field : searched_fields(mode_, info)) {
     // A frame that is a single field already has that field's lines only.
     const ImageView view = info.field == Field::frame ? field_view(image, field) : image;
     PictureResult& picture = result.pictures.emplace_back();
     picture.field = field;
-    picture.patterns = finder_.find(view, mapping_.mapping.for_field(field));
+    picture.patterns = finder_.find(view, mapping_->mapping.for_field(field));
     picture.search_ms = finder_.search_ms();
     if (keep_pictures_) picture.grey = grey_picture(view);
   }

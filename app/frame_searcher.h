@@ -31,6 +31,10 @@ struct PictureResult {
 
 /// What became of one frame.
 struct FrameResult {
+  /// What was searched for, and through which mapping. The patterns are the searcher's, which has to outlive the
+  /// result.
+  const std::vector<std::shared_ptr<const Pattern>>* patterns = nullptr;
+  std::shared_ptr<const SourceMapping> mapping;
   std::string source;            ///< as in the rows
   std::size_t source_index = 0;  ///< of several sources searched at once
   FrameInfo info;
@@ -53,12 +57,17 @@ class FrameSearcher {
   /// region to search is for frames of another size.
   [[nodiscard]] FrameResult search(const std::string& source, const FrameInfo& info, const ImageView& image);
 
-  [[nodiscard]] const SourceMapping& mapping() const { return mapping_; }
+  /// From the next search on. Throws UsageError as the constructor.
+  void set_mapping(SourceMapping mapping);
+
+  /// A frame that is not searched, as a result.
+  [[nodiscard]] FrameResult unsearched(const std::string& source, const FrameInfo& info) const;
+
   [[nodiscard]] const std::vector<std::shared_ptr<const Pattern>>& patterns() const { return finder_.patterns(); }
 
  private:
   Finder finder_;
-  SourceMapping mapping_;
+  std::shared_ptr<const SourceMapping> mapping_;
   SearchOptions search_;
   FieldMode mode_;
   bool keep_pictures_;

@@ -63,8 +63,10 @@ void OutputFile::write(std::string_view bytes) {
     if (done > 0 && ::fstat(descriptor_, &status) == 0 && S_ISREG(status.st_mode)) {
       // Part of a line helps nobody who reads the file afterwards. Failing to take it back changes nothing.
       const off_t end = ::lseek(descriptor_, 0, SEEK_CUR);
-      if (end >= static_cast<off_t>(done)) [[maybe_unused]]
-        const int ignored = ::ftruncate(descriptor_, end - static_cast<off_t>(done));
+      if (end >= static_cast<off_t>(done)) {
+        [[maybe_unused]] const int ignored = ::ftruncate(descriptor_, end - static_cast<off_t>(done));
+        ::lseek(descriptor_, end - static_cast<off_t>(done), SEEK_SET);  // or the next line would leave a hole
+      }
     }
     throw IoError(shown(path_) + ": cannot be written: " + std::strerror(reason));
   }

@@ -1,11 +1,15 @@
 #include "app/pipeline.h"
 
+#include <chrono>
+#include <condition_variable>
+#include <memory>
 #include <mutex>
 #include <optional>
-#include <string>
+#include <stop_token>
 #include <thread>
 
 #include "app/bounded_queue.h"
+#include "app/lane_run.h"
 
 namespace vsfind {
 namespace {
@@ -24,67 +28,97 @@ class FirstError {
   std::exception_ptr error_;
 };
 
+/// Calls a function after some time, unless it is destroyed before.
+class Alarm {
+ public:
+  Alarm(double seconds, std::function<void()> action)
+      : thread_([this, seconds, action = std::move(action)](const std::stop_token& stop) {
+          std::unique_lock lock(mutex_);
+          const auto time = std::chrono::duration<double>(seconds);
+          ends_.wait_for(lock, stop, time, [] { return false; });
+          if (!stop.stop_requested()) action();
+        }) {}
+
+ private:
+  std::mutex mutex_;
+  std::condition_variable_any ends_;
+  std::jthread thread_;  // the last member: it goes first
+};
+
 }  // namespace
 
-std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, ResultOutput& output,
-                                SignalWatcher& signals, const PipelineOptions& options) {
-  BoundedQueue<Frame> frames(options.queue_length);
-  BoundedQueue<FrameResult> results(options.queue_length);
+std::exception_ptr run_pipeline(std::vector<Lane> lanes, ResultOutput& output, SignalWatcher& signals,
+                                const PipelineOptions& options) {
+  std::vector<std::unique_ptr<LaneRun>> runs;
+  for (std::size_t i = 0; i < lanes.size(); ++i) runs.push_back(std::make_unique<LaneRun>(lanes[i], i, options));
+  BoundedQueue<LaneResult> results(options.queue_length);
   FirstError error;
-  std::uint64_t dropped = 0;  // counted by the capture thread, read after its end
-  const std::string name = source.info().name;
-  signals.on_signal([&source] { source.stop(); });
-
+  std::atomic<std::size_t> searching = runs.size();
+  const auto stop_all = [&runs] {
+    for (const auto& run : runs) run->stop();
+  };
+  const auto abort_all = [&runs] {
+    for (const auto& run : runs) run->abort();
+  };
+  signals.on_signal(stop_all);
   {
-    const std::jthread capture([&] {
-      try {
-        while (auto frame = source.next()) {
-          if (options.drop_oldest) {
-            std::optional<Frame> lost;
-            if (!frames.push_dropping_oldest(std::move(*frame), lost)) break;
-            if (lost) ++dropped;
-          } else if (!frames.push(std::move(*frame))) {
-            break;
-          }
+    std::optional<Alarm> alarm;
+    if (options.max_seconds) alarm.emplace(*options.max_seconds, stop_all);
+    std::vector<std::jthread> threads;
+    for (const auto& owner : runs) {
+      LaneRun* const run = owner.get();
+      threads.emplace_back([&, run] {
+        try {
+          run->capture();
+        } catch (...) {
+          error.set(std::current_exception());
+          stop_all();  // of several sources, the others end with it
         }
-      } catch (...) {
-        error.set(std::current_exception());
-      }
-      frames.close();  // what waits is still searched
-    });
-
-    const std::jthread search([&] {
-      try {
-        while (const auto frame = frames.pop()) {
-          if (!results.push(searcher.search(name, frame->info(), frame->image()))) break;
+        run->end_of_capture();  // what waits is still searched
+      });
+      threads.emplace_back([&, run] {
+        try {
+          run->search(results);
+        } catch (...) {
+          error.set(std::current_exception());
+          run->abort();
+          stop_all();
         }
-      } catch (...) {
-        error.set(std::current_exception());
-        frames.abort();
-        source.stop();  // the capture thread may wait for a frame that nobody wants any more
-      }
-      results.close();  // what was found is still written
-    });
-
-    const std::jthread write([&] {
+        if (--searching == 0) results.close();  // what was found is still written
+      });
+    }
+    threads.emplace_back([&] {
       try {
-        while (const auto result = results.pop()) output.put(*result, searcher.mapping());
+        while (const auto result = results.pop()) {
+          output.put(result->result);
+          Recorder* const recorder = lanes[result->lane].recorder;
+          if (recorder != nullptr && result->recorded) recorder->append(*result->recorded, *result->info);
+        }
       } catch (...) {
         error.set(std::current_exception());
         results.abort();
-        frames.abort();
-        source.stop();
+        abort_all();
       }
     });
+    threads.clear();  // waits for all of them, and the alarm goes
   }
   signals.on_signal({});
-  output.count_dropped(dropped);
+  for (const auto& run : runs) output.count_unsearched(run->dropped(), run->lost());
   try {
     output.write_report();
   } catch (...) {
     error.set(std::current_exception());
   }
   return error.get();
+}
+
+std::exception_ptr run_pipeline(FrameSource& source, FrameSearcher& searcher, ResultOutput& output,
+                                SignalWatcher& signals, const PipelineOptions& options) {
+  Lane lane;
+  lane.source = &source;
+  lane.searcher = &searcher;
+  lane.drop_oldest = options.drop_oldest;
+  return run_pipeline({lane}, output, signals, options);
 }
 
 }  // namespace vsfind

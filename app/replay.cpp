@@ -24,7 +24,7 @@ int run_replay(ReplayRequest& request) {
   const auto source = open_sequence(request.source);
   check_region(options.search, source->info().width, source->info().height, request.source);
   FrameSearcher searcher(patterns, options, mapping_for(request.source, source->info().pixel_aspect, options.mapping));
-  ResultOutput output(options, patterns, source->info().frames);
+  ResultOutput output(options, source->info().frames);
   const std::exception_ptr error = run_pipeline(*source, searcher, output, signals);
   output.clear_progress();
   const int code = error ? report_error(error) : exit_done;

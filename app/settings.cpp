@@ -65,19 +65,20 @@ void Settings::declare(CLI::App& app) {
   }
 }
 
-void Settings::apply_command_line() const {
+bool Settings::is_given(const std::string& name) const {
+  for (std::size_t i = 0; i < settings_.size(); ++i) {
+    if (settings_[i].name == name) return options_[i]->count() > 0;
+  }
+  return false;
+}
+
+void Settings::apply_command_line(const std::vector<Setting>& targets) const {
   const auto shown = [](const Setting& setting) { return setting.positional ? setting.value : "--" + setting.name; };
-  const auto given = [this](const std::string& name) {
-    for (std::size_t i = 0; i < settings_.size(); ++i) {
-      if (settings_[i].name == name) return options_[i]->count() > 0;
-    }
-    return false;
-  };
   for (std::size_t i = 0; i < options_.size(); ++i) {
-    const Setting& setting = settings_[i];
+    const Setting& setting = targets[i];
     if (options_[i]->count() == 0) continue;
     for (const auto& other : setting.excludes) {
-      if (given(other)) throw UsageError(shown(setting) + " and --" + other + " cannot be given together");
+      if (is_given(other)) throw UsageError(shown(setting) + " and --" + other + " cannot be given together");
     }
     auto values = options_[i]->results();
     if (setting.value.empty()) values.assign(1, "true");

@@ -26,7 +26,9 @@ struct Setting {
   char letter = '\0';                   ///< a one-letter form, "-o"
   bool repeatable = false;              ///< may be given several times
   bool path = false;                    ///< in a configuration: relative to its folder
+  bool uri = false;                     ///< like path, for a `file:` URI
   bool positional = false;              ///< on the command line without a name, shown as `value`
+  bool pairs = false;                   ///< NAME=VALUE: in a configuration also a mapping of names to values
   char separator = '\0';                ///< in a configuration, a list is the same as its items joined by this
   std::vector<std::string> excludes{};  ///< settings that cannot be given beside it in the same layer
 };
@@ -39,7 +41,13 @@ class Settings {
   void declare(CLI::App& app);
 
   /// Sets what the parsed command line gives. Throws UsageError naming the option.
-  void apply_command_line() const;
+  void apply_command_line() const { apply_command_line(settings_); }
+
+  /// The same into other targets: the same settings, bound to something else.
+  void apply_command_line(const std::vector<Setting>& targets) const;
+
+  /// Whether the parsed command line gives a setting.
+  [[nodiscard]] bool is_given(const std::string& name) const;
 
   [[nodiscard]] const std::vector<Setting>& all() const { return settings_; }
 

@@ -49,9 +49,14 @@ void Summary::add(const FrameResult& result) {
 std::string Summary::text() const {
   std::string text = fmt::format("{} frames: {} found, {} not found, {} bad", frames, found, not_found, bad);
   if (dropped > 0) text += fmt::format(", {} dropped", dropped);
+  if (lost > 0) text += fmt::format(", {} lost before they came", lost);
   if (search_ms.count() > 0) {
     text += fmt::format("; search time median {:.3f} ms, 99th percentile {:.3f} ms, maximum {:.3f} ms",
                         search_ms.quantile(0.5), search_ms.quantile(0.99), search_ms.max());
+  }
+  if (shows_latency && latency_ms.count() > 0) {
+    text += fmt::format("; latency median {:.3f} ms, 99th percentile {:.3f} ms, maximum {:.3f} ms",
+                        latency_ms.quantile(0.5), latency_ms.quantile(0.99), latency_ms.max());
   }
   return text;
 }

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <map>
 #include <mutex>
 #include <thread>
 
@@ -79,7 +80,7 @@ class PipelineTest : public testing::Test {
   }
   std::exception_ptr run(ScriptedSource& source, const PipelineOptions& pipeline = {}) {
     FrameSearcher searcher(load_models(options_.models), options_, {});
-    ResultOutput output(options_, searcher.patterns(), std::nullopt);
+    ResultOutput output(options_, std::nullopt);
     return run_pipeline(source, searcher, output, signals_, pipeline);
   }
   [[nodiscard]] auto rows() const { return csv_rows(read_file(part_ / "rows.csv")); }
@@ -149,12 +150,53 @@ TEST_F(PipelineTest, DroppingCountsWhatItLoses) {
   // A source that gives all at once is faster than any search.
   ScriptedSource source(test::scene(90, 70), 400);
   FrameSearcher searcher(load_models(options_.models), options_, {});
-  ResultOutput output(options_, searcher.patterns(), std::nullopt);
+  ResultOutput output(options_, std::nullopt);
   EXPECT_FALSE(run_pipeline(source, searcher, output, signals_, {.queue_length = 2, .drop_oldest = true}));
   const auto found = rows();
   EXPECT_LT(found.size(), 400U);
   EXPECT_EQ(found.back().at("frame"), "399");
   EXPECT_EQ(found.size() + output.summary().dropped, 400U);
+}
+
+TEST_F(PipelineTest, EachOfSeveralSourcesKeepsItsOrderAndItsLimit) {
+  ScriptedSource one(test::scene(90, 70), 30);
+  ScriptedSource two(test::scene_without_part(), 1'000'000);
+  FrameSearcher first(load_models(options_.models), options_, {});
+  FrameSearcher second(load_models(options_.models), options_, {});
+  ResultOutput output(options_, std::nullopt);
+  std::vector<Lane> lanes(2);
+  lanes[0].source = &one;
+  lanes[0].searcher = &first;
+  lanes[1].source = &two;
+  lanes[1].searcher = &second;
+  EXPECT_FALSE(run_pipeline(lanes, output, signals_, {.max_frames = 20}));
+  std::map<std::string, std::uint64_t> next;
+  for (const auto& row : rows()) EXPECT_EQ(row.at("frame"), std::to_string(next[row.at("status")]++));
+  EXPECT_EQ(next, (std::map<std::string, std::uint64_t>{{"found", 20}, {"not_found", 20}}));
+}
+
+TEST_F(PipelineTest, AFailingSourceEndsTheOthers) {
+  ScriptedSource one(test::scene(90, 70), 3);
+  one.fails_at_end = true;
+  ScriptedSource two(test::scene_without_part(), 2);
+  two.waits_at_end = true;
+  FrameSearcher first(load_models(options_.models), options_, {});
+  FrameSearcher second(load_models(options_.models), options_, {});
+  ResultOutput output(options_, std::nullopt);
+  std::vector<Lane> lanes(2);
+  lanes[0].source = &one;
+  lanes[0].searcher = &first;
+  lanes[1].source = &two;
+  lanes[1].searcher = &second;
+  EXPECT_TRUE(run_pipeline(lanes, output, signals_));
+  EXPECT_GE(rows().size(), 3U);
+}
+
+TEST_F(PipelineTest, ATimeLimitEndsASourceThatWaits) {
+  ScriptedSource source(test::scene(90, 70), 3);
+  source.waits_at_end = true;
+  EXPECT_FALSE(run(source, {.max_seconds = 0.2}));
+  EXPECT_LE(rows().size(), 3U);
 }
 
 TEST(SearchedFields, ComeInTheOrderOfExposure) {
