@@ -76,6 +76,8 @@ class Frame {
   }
 
   [[nodiscard]] const FrameInfo& info() const { return info_; }
+  /// For a source that hands on the frames of another one under a count of its own.
+  void set_sequence(std::uint64_t sequence) { info_.sequence = sequence; }
   /// The pixels, valid as long as this frame lives.
   [[nodiscard]] const ImageView& image() const { return image_; }
 

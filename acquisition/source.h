@@ -3,9 +3,11 @@
 /// Where frames come from: a recording, a folder of images, a camera.
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "acquisition/frame.h"
 
@@ -32,14 +34,28 @@ struct SourceInfo {
   bool live = false;                    ///< a camera: frames come when they come
 };
 
+/// Something that happened to a source, once: not per frame.
+struct SourceEvent {
+  enum class Kind : std::uint8_t {
+    fault,      ///< lost, signal gone, frames being dropped …: a warning
+    recovered,  ///< the fault is over
+    note,       ///< worth a line of an extended log
+  };
+  Kind kind = Kind::note;
+  std::string text;  ///< one complete line that begins with the source's name
+};
+
 /// A stream of frames. One thread calls next(); stop() may be called from any other and from a signal's thread.
 class FrameSource {
  public:
+  using EventHandler = std::function<void(const SourceEvent&)>;
+
   FrameSource() = default;
   FrameSource(const FrameSource&) = delete;
   FrameSource& operator=(const FrameSource&) = delete;
   virtual ~FrameSource() = default;
 
+  /// Of a camera it may change during next(): call it on the thread that calls next().
   [[nodiscard]] virtual const SourceInfo& info() const = 0;
 
   /// The next frame, waiting for it; nothing at the end or after stop(). Throws IoError where a recording is damaged
@@ -48,6 +64,22 @@ class FrameSource {
 
   /// Makes a waiting and every later next() return nothing.
   virtual void stop() noexcept = 0;
+
+  /// What a camera counted, as one line for the log and the closing summary ("1200 complete, 3 lost"); "" where there
+  /// is nothing. Call it on the thread that calls next(), or after its end.
+  [[nodiscard]] virtual std::string statistics() const { return {}; }
+
+  /// Who is told of faults and recoveries: called within next(), on its thread; set before the first next(). Without
+  /// one they are not told.
+  virtual void on_event(EventHandler handler) { handler_ = std::move(handler); }
+
+ protected:
+  void report(SourceEvent::Kind kind, std::string text) const {
+    if (handler_) handler_({kind, std::move(text)});
+  }
+
+ private:
+  EventHandler handler_;
 };
 
 /// Opens a folder of images in name order (image_folder.h), or else a `.y4m` recording whatever its name (recording.h).
