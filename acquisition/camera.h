@@ -89,4 +89,8 @@ struct CameraDescription {
   std::string problem;                ///< why it cannot be opened now ("held by another program"), else empty
 };
 
+/// All cameras that this program was built for and that can be seen now: V4L2 devices, then GigE cameras. Takes about a
+/// second for the network.
+[[nodiscard]] std::vector<CameraDescription> list_cameras();
+
 }  // namespace vsfind

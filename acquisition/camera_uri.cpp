@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <utility>
+
 #include "acquisition/camera.h"
 #include "acquisition/errors.h"
 #ifdef VSFIND_HAVE_ARAVIS
@@ -58,6 +60,17 @@ std::unique_ptr<FrameSource> open_source(const std::string& uri, [[maybe_unused]
       break;
   }
   return open_sequence(parsed.name);
+}
+
+std::vector<CameraDescription> list_cameras() {
+  std::vector<CameraDescription> cameras;
+#ifdef VSFIND_HAVE_V4L2
+  for (auto& camera : list_v4l2()) cameras.push_back(std::move(camera));
+#endif
+#ifdef VSFIND_HAVE_ARAVIS
+  for (auto& camera : list_gige()) cameras.push_back(std::move(camera));
+#endif
+  return cameras;
 }
 
 }  // namespace vsfind
