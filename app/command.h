@@ -24,6 +24,8 @@ struct Command {
   X(train)                 \
   X(find)                  \
   X(replay)                \
+  X(record)                \
+  X(cameras)               \
   X(inspect)               \
   X(calibrate)
 
