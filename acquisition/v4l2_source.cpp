@@ -243,7 +243,12 @@ class V4l2Source final : public FrameSource {
              target, stride_);
       return {};
     }
-    const auto luma = converter_->luma(memory);
+    std::span<const std::byte> luma;
+    try {
+      luma = converter_->luma(memory);
+    } catch (const std::runtime_error& error) {
+      throw CameraError(fmt::format("{}: {}", info_.name, error.what()));
+    }
     if (luma.empty()) return converter_->complaint();
     unpack(LumaLayout{}, picture_.fields, luma.data(), info_.width, info_.width, rows_, target, stride_);
     return {};
