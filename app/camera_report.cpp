@@ -9,6 +9,10 @@
 namespace vsfind {
 namespace {
 
+bool is_fixed(const CameraSizes& size) {
+  return size.min_width == size.max_width && size.min_height == size.max_height;
+}
+
 /// Of many sizes only the ends.
 std::string sizes_text(const std::vector<CameraSizes>& sizes) {
   constexpr std::size_t listed = 4;
@@ -69,7 +73,7 @@ std::string formats_text(const std::vector<CameraFormat>& formats) {
 
 nlohmann::ordered_json sizes_json(const CameraSizes& size) {
   nlohmann::ordered_json json;
-  if (size.step_x == 0 && size.step_y == 0) {
+  if (is_fixed(size)) {
     json["width"] = size.min_width;
     json["height"] = size.min_height;
   } else {

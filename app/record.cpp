@@ -15,7 +15,7 @@
 #include "app/log.h"
 #include "app/program.h"
 #include "app/progress.h"
-#include "app/recorder.h"
+#include "app/record_run.h"
 #include "app/settings.h"
 #include "app/source_events.h"
 

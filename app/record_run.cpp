@@ -1,4 +1,4 @@
-#include "app/recorder.h"
+#include "app/record_run.h"
 
 #include <fmt/format.h>
 
