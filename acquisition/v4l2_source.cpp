@@ -152,7 +152,8 @@ class V4l2Source final : public FrameSource {
     // Before the frames: what comes after a change of the signal is not what it is taken for.
     if ((events & POLLPRI) != 0) take_events();
     if (can_lose_signal_ && !has_events_) check_signal();
-    if ((events & (POLLIN | POLLERR | POLLHUP | POLLNVAL)) != 0) return take_frame();
+    constexpr unsigned broken = POLLERR | POLLHUP | POLLNVAL;
+    if ((events & (POLLIN | broken)) != 0) return take_frame((events & broken) != 0);
     return std::nullopt;
   }
 
@@ -170,13 +171,15 @@ class V4l2Source final : public FrameSource {
     }
   }
 
-  std::optional<Frame> take_frame() {
+  /// `broken`: the system says that something is wrong; taking a buffer tells what.
+  std::optional<Frame> take_frame(bool broken) {
     v4l2_buffer buffer{};
     switch (const int error = buffers_->take(buffer)) {
       case 0:
         break;
       case EAGAIN:
-        return std::nullopt;
+        if (!broken) return std::nullopt;
+        [[fallthrough]];
       case EIO:
         throw CameraError(fmt::format("{}: the stream broke off (input/output error)", info_.name));
       default:
@@ -257,15 +260,19 @@ class V4l2Source final : public FrameSource {
   /// Lost and bad frames are told of when they begin, and when they are over.
   void note_trouble(const std::string& why) {
     const char* unit = holds_one_field(picture_.fields) ? "fields" : "frames";
-    const std::uint64_t lost = counter_.missing_before();
-    tell(lost_.update(lost), fmt::format("the driver is losing {}", unit),
-         fmt::format("no {} are lost any more ({} were)", unit, lost_.count()));
-    tell(bad_frames_.update(why.empty() ? 0 : 1), fmt::format("bad {}: {}", unit, why),
-         fmt::format("the {} are good again ({} were bad)", unit, bad_frames_.count()));
-  }
-  void tell(Trouble::Change change, const std::string& begun, const std::string& ended) const {
-    if (change == Trouble::Change::begun) report(SourceEvent::Kind::fault, info_.name + ": " + begun);
-    if (change == Trouble::Change::ended) report(SourceEvent::Kind::recovered, info_.name + ": " + ended);
+    using enum Trouble::Change;
+    if (const auto change = lost_.update(counter_.missing_before()); change == begun) {
+      report(SourceEvent::Kind::fault, fmt::format("{}: the driver is losing {}", info_.name, unit));
+    } else if (change == ended) {
+      report(SourceEvent::Kind::recovered,
+             fmt::format("{}: no {} are lost any more ({} were)", info_.name, unit, lost_.count()));
+    }
+    if (const auto change = bad_frames_.update(why.empty() ? 0 : 1); change == begun) {
+      report(SourceEvent::Kind::fault, fmt::format("{}: bad {}: {}", info_.name, unit, why));
+    } else if (change == ended) {
+      report(SourceEvent::Kind::recovered,
+             fmt::format("{}: the {} are good again ({} were bad)", info_.name, unit, bad_frames_.count()));
+    }
   }
 
   V4l2Device device_;

@@ -34,6 +34,7 @@ struct Layout {
   bool high_first;  // of two bytes
   double planes;    // of the luma plane's size
 };
+void PrintTo(const Layout& layout, std::ostream* stream) { *stream << layout.name; }
 
 class LumaOf : public testing::TestWithParam<Layout> {};
 

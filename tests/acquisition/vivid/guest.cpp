@@ -14,6 +14,7 @@
 #include <fstream>
 #include <functional>
 #include <iostream>
+#include <iterator>
 #include <string>
 #include <thread>
 #include <utility>
@@ -197,6 +198,15 @@ class Guest {
         "fault_other_size", {"--input", "S-Video 0", "--pixel-format", "GREY"}, [&] { set("Standard Signal Mode", 4); },
         1000);
     step("same_standard", [&] { set("Standard Signal Mode", 0); });
+    const auto log_says = [&](const std::string& step, const std::string& text) {
+      std::ifstream log(file(step + ".err"));
+      return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
+    };
+    fault("fault_silent", pal + Words{"--frame-timeout", "1.5"}, [&] {
+      set("Percentage of Dropped Buffers", 100);
+      wait_until("no frame is complained about", [&] { return log_says("fault_silent", "no frame for"); });
+      set("Percentage of Dropped Buffers", 0);
+    });
     fault("fault_disconnect", pal, [&] { set("Disconnect", 1); });
     fault("fault_unbind", pal, [&] {
       std::ofstream("/sys/bus/platform/drivers/vivid/unbind") << "vivid.0" << std::flush;
@@ -214,10 +224,11 @@ class Guest {
       to_end("fault_never_starts", record("fault_never_starts", pal + Words{"--frames", "2"}));
     });
     step("fault_disk_full", [&] {
-      fs::create_directories("/tmp/small");
-      if (::mount("tmpfs", "/tmp/small", "tmpfs", 0, "size=3m") != 0) throw std::runtime_error("no small disk");
-      to_end("fault_disk_full", Words{"record", "--source", "v4l2:" + camera, "-o", "/tmp/small/full.y4m"} + pal);
-      fs::copy_file("/tmp/small/full.y4m", file("fault_disk_full.y4m"), fs::copy_options::overwrite_existing);
+      const fs::path small = fs::path(folder_).parent_path() / "small";
+      if (::mount("tmpfs", small.c_str(), "tmpfs", 0, "size=3m") != 0) throw std::runtime_error("no small disk");
+      const std::string full = small / "full.y4m";
+      to_end("fault_disk_full", Words{"record", "--source", "v4l2:" + camera, "-o", full} + pal);
+      fs::copy_file(full, file("fault_disk_full.y4m"), fs::copy_options::overwrite_existing);
     });
     // The driver's 32-bit counter passes its end after 128 frames.
     step("fault_wrap", [&] {

@@ -51,6 +51,7 @@ struct Refusal {
   const char* names;    // what is wrong
   const char* allowed;  // what would be right
 };
+void PrintTo(const Refusal& refusal, std::ostream* stream) { *stream << refusal.step; }
 class VividRefusal : public VividTestWith<Refusal> {};
 
 INSTANTIATE_TEST_SUITE_P(
@@ -96,9 +97,9 @@ TEST_F(VividTest, TakesSettingsByName) {
 }
 
 /// Trains the part of the recorded sequence, and finds it in what the driver brought back of it.
-class VividSearch : public VividTestWith<const char*> {};
+class VividSearch : public VividTestWith<std::string> {};
 INSTANTIATE_TEST_SUITE_P(, VividSearch, testing::Values("loop_pal_interlaced", "loop_pal_alternate"),
-                         [](const auto& tested) { return std::string(tested.param); });
+                         [](const auto& tested) { return tested.param; });
 
 TEST_P(VividSearch, FindsThePartInEveryFieldWhereItWasShown) {
   const std::string data = std::string(VSFIND_TEST_DATA) + "/interlaced";
@@ -107,8 +108,8 @@ TEST_P(VividSearch, FindsThePartInEveryFieldWhereItWasShown) {
   const std::string model = folder / "part.vsm";
   ASSERT_EQ(
       vsfind({"train", data + "/training.png", "--roi", "245,175,151,131", "--angle", "-30:30", "-o", model}).code, 0);
-  const Outcome found = vsfind({"replay", guest_file(std::string(GetParam()) + ".y4m"), "--model", model, "--field",
-                                "split", "--pixel-aspect", "1:1", "--csv", "-"});
+  const Outcome found = vsfind({"replay", guest_file(GetParam() + ".y4m"), "--model", model, "--field", "split",
+                                "--pixel-aspect", "1:1", "--csv", "-"});
   ASSERT_EQ(found.code, 0) << found.err;
 
   std::map<std::pair<std::uint32_t, std::string>, std::map<std::string, std::string>> truth;

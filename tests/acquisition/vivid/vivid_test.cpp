@@ -25,6 +25,7 @@ struct Loop {
   double rate;
   std::size_t frames;
 };
+void PrintTo(const Loop& loop, std::ostream* stream) { *stream << loop.name; }
 
 class VividLoop : public VividTestWith<Loop> {};
 
@@ -84,7 +85,7 @@ TEST_P(VividLoop, BringsEveryFrameBackByteForByte) {
   EXPECT_GE(numbers.size(), loop.frames / (loop.fields ? 8 : 4));
 }
 
-class VividPattern : public VividTestWith<std::tuple<const char*, const char*, const char*>> {};
+class VividPattern : public VividTestWith<std::tuple<std::string, std::string, std::string>> {};
 
 INSTANTIATE_TEST_SUITE_P(, VividPattern,
                          testing::Combine(testing::Values("lines", "squares"), testing::Values("PAL", "NTSC"),
@@ -96,9 +97,8 @@ INSTANTIATE_TEST_SUITE_P(, VividPattern,
                          });
 
 TEST_P(VividPattern, HasItsLinesInTheirPlacesInEveryFieldOrder) {
-  const auto& [kind, standard, fields_text] = GetParam();
-  const std::string fields = fields_text;
-  const bool pal = std::string(standard) == "PAL";
+  const auto& [kind, standard, fields] = GetParam();
+  const bool pal = standard == "PAL";
   const std::string step = fmt::format("{}_{}_{}", kind, standard, fields);
   ASSERT_EQ(guest_code(step), 0) << guest_text(step + ".err");
   const GuestRecording recording = guest_recording(step);
@@ -122,7 +122,7 @@ TEST_P(VividPattern, HasItsLinesInTheirPlacesInEveryFieldOrder) {
     for (int y = pal && field != Field::bottom ? 1 : 0; y < image.height; ++y) {
       const int line = y * line_step(field) + first_line(field);
       for (int x = 0; x < image.width; ++x) {
-        const bool white = std::string(kind) == "lines" ? line % 2 == 1 : (line / 16 + x / 16) % 2 == 0;
+        const bool white = kind == "lines" ? line % 2 == 1 : (line / 16 + x / 16) % 2 == 0;
         ASSERT_EQ(image.at(x, y) > 128, white) << "line " << line << " of the frame, " << x;
       }
     }
@@ -134,6 +134,7 @@ struct Format {
   int bits;
   bool studio;  // 16 to 235, where GREY goes from 0 to 255
 };
+void PrintTo(const Format& format, std::ostream* stream) { *stream << format.name; }
 class VividFormat : public VividTestWith<Format> {};
 
 INSTANTIATE_TEST_SUITE_P(, VividFormat,
