@@ -1,6 +1,6 @@
-/// Everything that is done in the guest, one after another: `vivid_guest FOLDER RECORDING` leaves recordings, logs and
-/// exit codes in FOLDER, for the tests on the host to look at. Nothing is judged here; where a step cannot be taken,
-/// FOLDER/NAME.failed says why. The pages of the numbers below are in the kernel's documentation of vivid.
+/// Everything that is done in the guest, one after another: `vivid_guest FOLDER RECORDING MODEL` leaves recordings,
+/// logs and exit codes in FOLDER, for the tests on the host to look at. Nothing is judged here; where a step cannot be
+/// taken, FOLDER/NAME.failed says why. The pages of the numbers below are in the kernel's documentation of vivid.
 
 #include <fmt/format.h>
 #include <linux/videodev2.h>
@@ -283,8 +283,8 @@ class Guest {
 }  // namespace vsfind::test
 
 int main(int argc, char** argv) {
-  if (argc != 3) {
-    std::cerr << "usage: vivid_guest FOLDER RECORDING\n";
+  if (argc != 4) {
+    std::cerr << "usage: vivid_guest FOLDER RECORDING MODEL\n";
     return 2;
   }
   vsfind::test::Guest(argv[1], argv[2]).run();

@@ -55,7 +55,9 @@ GuestRun::~GuestRun() {
   ::waitpid(pid_, nullptr, 0);
 }
 
-void GuestRun::kill(int signal) const { ::kill(pid_, signal); }
+void GuestRun::kill(int signal) const {
+  if (pid_ > 0) ::kill(pid_, signal);  // else it has ended
+}
 
 bool GuestRun::ended() {
   if (pid_ > 0 && ::waitpid(pid_, &status_, WNOHANG) == pid_) pid_ = -1;

@@ -28,6 +28,7 @@ class GuestRun {
   GuestRun(const GuestRun&) = delete;
   GuestRun& operator=(const GuestRun&) = delete;
 
+  /// Does nothing once it has ended.
   void kill(int signal) const;
   /// Whether it has ended by itself.
   [[nodiscard]] bool ended();
