@@ -10,7 +10,7 @@ class Trouble {
  public:
   enum class Change : std::uint8_t { none, begun, ended };
   /// So many frames in a row without it end it.
-  static constexpr int quiet_frames = 100;
+  static constexpr int quiet_frames = 1000;
 
   /// Tells it of every frame what it cost: 0 where it did not happen. A single occurrence begins and ends like a long
   /// series.
