@@ -25,6 +25,8 @@ struct Command {
   X(find)                  \
   X(replay)                \
   X(live)                  \
+  X(record)                \
+  X(cameras)               \
   X(inspect)               \
   X(calibrate)             \
   X(qualify)               \
