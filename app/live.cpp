@@ -16,14 +16,10 @@
 #include "app/program.h"
 #include "app/recorder.h"
 #include "app/result_output.h"
+#include "app/source_events.h"
 
 namespace vsfind {
 namespace {
-
-void log_event(const SourceEvent& event) {
-  // The end of a fault is told as loudly as the fault.
-  spdlog::log(event.kind == SourceEvent::Kind::note ? spdlog::level::info : spdlog::level::warn, "{}", event.text);
-}
 
 std::unique_ptr<FrameSource> open_live(const LiveSource& wanted, std::optional<double> give_up_after) {
   require_backend(wanted.uri);
@@ -34,7 +30,7 @@ std::unique_ptr<FrameSource> open_live(const LiveSource& wanted, std::optional<d
         std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::duration<double>(*give_up_after));
   auto source = open_reconnecting(
       wanted.uri, [uri = wanted.uri, camera = wanted.camera] { return open_source(uri, camera); }, options);
-  source->on_event(log_event);
+  log_source_events(*source);
   return source;
 }
 

@@ -76,9 +76,8 @@ RunReport& ResultOutput::report_of(const FrameResult& result) {
   if (reports_.size() <= result.source_index) reports_.resize(result.source_index + 1);
   std::unique_ptr<RunReport>& report = reports_[result.source_index];
   if (!report) {
-    const std::string folder = result.source_index == 0
-                                   ? report_folder_
-                                   : fmt::format("{}/source{}", report_folder_, result.source_index + 1);
+    const std::string folder =
+        result.source_index == 0 ? report_folder_ : fmt::format("{}/source{}", report_folder_, result.source_index + 1);
     report = std::make_unique<RunReport>(folder, *result.patterns);
   }
   return *report;

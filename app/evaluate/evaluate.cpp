@@ -80,7 +80,8 @@ int run_evaluate(EvaluateRequest& request) {
   std::exception_ptr error;
   try {
     while (const auto frame = source->next()) {
-      evaluation.add(searcher.search(request.source, frame->info(), frame->image()), searcher.mapping());
+      const FrameResult result = searcher.search(request.source, frame->info(), frame->image());
+      evaluation.add(result, *result.mapping);
     }
   } catch (...) {
     error = std::current_exception();

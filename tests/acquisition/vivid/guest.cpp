@@ -43,10 +43,12 @@ Words operator+(Words words, const Words& more) {
 
 class Guest {
  public:
-  Guest(std::string folder, std::string recording) : folder_(std::move(folder)), recording_(std::move(recording)) {}
+  Guest(std::string folder, std::string recording, std::string model)
+      : folder_(std::move(folder)), recording_(std::move(recording)), model_(std::move(model)) {}
 
   void run() {
     loops();
+    live();
     patterns();
     formats();
     faults();
@@ -110,6 +112,27 @@ class Guest {
     loop("loop_progressive", Signal::hdmi, 480, V4L2_FIELD_NONE, "GREY", 24,
          {"--input", "HDMI 0", "--pixel-format", "GREY", "--size", "640x480"});
     step("loop_off", [] { set_vivid(camera, "Loop Video", 0); });
+  }
+
+  /// What is shown is searched as it comes.
+  void live() const {
+    step("live", [&] {
+      const ShownFrames shown(recording_, 720, 576);
+      select_vivid(camera, s_video, true, false);
+      const Showing showing(output, Signal::pal, shown, V4L2_FIELD_INTERLACED, false);
+      to_end("live", Words{"live",           "-v",
+                           "--source",       "v4l2:" + camera,
+                           "--model",        model_,
+                           "--field",        "split",
+                           "--pixel-aspect", "1:1",
+                           "--csv",          file("live.csv"),
+                           "--record",       file("live.y4m"),
+                           "--frames",       "4",
+                           "--control",      "OSD Text Mode=None",
+                           "--control",      "loop_video=on"} +
+                         analogue("PAL", "interlaced", "GREY"));
+    });
+    step("live_off", [] { set_vivid(camera, "Loop Video", 0); });
   }
 
   [[nodiscard]] static Words pattern(const std::string& name) {
@@ -277,6 +300,7 @@ class Guest {
 
   std::string folder_;
   std::string recording_;
+  std::string model_;
 };
 
 }  // namespace
@@ -287,5 +311,5 @@ int main(int argc, char** argv) {
     std::cerr << "usage: vivid_guest FOLDER RECORDING MODEL\n";
     return 2;
   }
-  vsfind::test::Guest(argv[1], argv[2]).run();
+  vsfind::test::Guest(argv[1], argv[2], argv[3]).run();
 }

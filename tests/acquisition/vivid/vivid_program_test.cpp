@@ -150,5 +150,18 @@ TEST_P(VividSearch, FindsThePartInEveryFieldWhereItWasShown) {
   expect_found_where_shown(replayed(GetParam()), GetParam(), 10);
 }
 
+TEST_F(VividTest, LiveFindsThePartAsItComes) {
+  ASSERT_EQ(guest_code("live"), 0) << guest_text("live.err");
+  Rows rows = csv_rows(guest_text("live.csv"));
+  expect_found_where_shown(rows, "live", 4);
+  Rows again = replayed("live");
+  for (Rows* all : {&rows, &again}) {
+    for (auto& row : *all) {
+      for (const char* other : {"source", "search_ms", "latency_ms"}) row.erase(other);
+    }
+  }
+  EXPECT_EQ(rows, again) << "a replay of what live recorded gives the same rows";
+}
+
 }  // namespace
 }  // namespace vsfind::test
