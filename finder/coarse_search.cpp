@@ -291,10 +291,10 @@ void CoarseSearch::second_pass(const CoarseTask& task) {
         highest = (above == nullptr || above[x] <= dot) && (below == nullptr || below[x] < dot);
       }
       if (!highest) continue;
-      const Copy& copy =
-          copies_[which_[static_cast<std::size_t>(v) * static_cast<std::size_t>(row_) + static_cast<std::size_t>(u)]];
-      const float score = oriented(correlation(task, copy, u, v), task.polarity);
-      if (score > task.threshold) peaks_.push_back({score, u, v});
+      const std::size_t h =
+          which_[static_cast<std::size_t>(v) * static_cast<std::size_t>(row_) + static_cast<std::size_t>(u)];
+      const float score = oriented(correlation(task, copies_[h], u, v), task.polarity);
+      if (score > task.threshold) peaks_.push_back({score, u, v, h});
     }
   }
   const std::size_t kept = std::min(task.most, peaks_.size());
@@ -308,9 +308,10 @@ bool CoarseSearch::better(const Peak& a, const Peak& b) {
 }
 
 void CoarseSearch::other_ways(const CoarseTask& task) {
-  constexpr std::size_t places = 4;
+  constexpr std::size_t places = 3;
   constexpr std::size_t most_ways = 3;
   constexpr float as_good = 0.8F;
+  constexpr float promising = 0.6F;
   constexpr double other_angle = 20.0;  // degrees: nearer ones lead to the same pose
   const std::vector<Hypothesis>& tried = *task.hypotheses;
   more_.clear();
@@ -318,9 +319,18 @@ void CoarseSearch::other_ways(const CoarseTask& task) {
   for (std::size_t i = 0; i < looked_at; ++i) {
     const Peak& peak = peaks_[i];
     ways_.clear();
+    // Turned about its own origin, not about the middle of its points.
+    const Eigen::Vector2d origin = Eigen::Vector2d(peak.u, peak.v) + copies_[peak.hypothesis].origin;
     for (std::size_t h = 0; h < copies_.size(); ++h) {
-      for (int v = std::max(0, peak.v - 1); v <= std::min(height_ - 1, peak.v + 1); ++v) {
-        for (int u = std::max(0, peak.u - 1); u <= std::min(width_ - 1, peak.u + 1); ++u) {
+      const Eigen::Vector2d anchor = origin - copies_[h].origin;
+      const auto at_u = static_cast<int>(std::lround(anchor.x()));
+      const auto at_v = static_cast<int>(std::lround(anchor.y()));
+      if (at_u < 0 || at_v < 0 || at_u >= width_ || at_v >= height_) continue;
+      // The neighbours, too, where there is something to it.
+      const float middle = oriented(correlation(task, copies_[h], at_u, at_v), task.polarity);
+      const int reach = middle > promising * peak.score ? 1 : 0;
+      for (int v = std::max(0, at_v - reach); v <= std::min(height_ - 1, at_v + reach); ++v) {
+        for (int u = std::max(0, at_u - reach); u <= std::min(width_ - 1, at_u + reach); ++u) {
           const float score = oriented(correlation(task, copies_[h], u, v), task.polarity);
           if (score > as_good * peak.score) ways_.push_back({score, u, v, h});
         }
@@ -357,9 +367,9 @@ void CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<
   const int workers = threads.size();
   threads.run([&](int worker) { first_pass(task, height_ * worker / workers, height_ * (worker + 1) / workers); });
   second_pass(task);
+  other_ways(task);
   for (const Peak& peak : peaks_) {
-    const std::size_t h =
-        which_[static_cast<std::size_t>(peak.v) * static_cast<std::size_t>(row_) + static_cast<std::size_t>(peak.u)];
+    const std::size_t h = peak.hypothesis;
     const Eigen::Vector2d anchor(peak.u, peak.v);
     const Eigen::Vector2d plane =
         task.projection.mapping->plane_from_image(level.image_from_level(anchor + copies_[h].origin));

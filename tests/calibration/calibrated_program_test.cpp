@@ -7,9 +7,9 @@
 #include "calibration/calibration_file.h"
 #include "tests/app/shell.h"
 #include "tests/calibration/cameras.h"
-#include "tests/render/patterns.h"
-#include "tests/render/sensor.h"
-#include "tests/render/truth.h"
+#include "app/render/patterns.h"
+#include "app/render/sensor.h"
+#include "app/render/truth.h"
 
 namespace vsfind {
 namespace {
