@@ -143,7 +143,7 @@ void CoarseSearch::prepare_factors(const CoarsePoints& points, float min_inside,
     std::fill(row.begin(), row.end(), Inside{});
     for (std::size_t k = 0; k < n; ++k) {
       if (v + copy.dv[k] < 0 || v + copy.dv[k] >= height_) continue;
-      const int weight = points.first[k];
+      const int weight = +points.first[k];
       const int last = std::min(width_ - 1, width_ - 1 - copy.du[k]);
       for (int u = std::max(0, -copy.du[k]); u <= last; ++u) {
         Inside& at = row[static_cast<std::size_t>(u)];

@@ -29,9 +29,9 @@ struct SearchOptions {
 /// One instance found.
 struct Match {
   Pose pose;
-  double score = 0.0;              ///< normalized correlation, 0 … 1
-  Eigen::Vector2d frame_position;  ///< the origin in pixels of the whole frame
-  double sigma_x = 0.0;            ///< predicted standard deviations, plane units
+  double score = 0.0;                        ///< normalized correlation, 0 … 1
+  Eigen::Vector2d frame_position{0.0, 0.0};  ///< the origin in pixels of the whole frame
+  double sigma_x = 0.0;                      ///< predicted standard deviations, plane units
   double sigma_y = 0.0;
   double sigma_angle_deg = 0.0;        ///< 0 where the angle is not searched
   double visible = 1.0;                ///< part of the pattern inside the image and not hidden
