@@ -36,9 +36,10 @@ void read_taps(const ReadPlane& plane, int bytes, int taps, int before, float sc
     weights(u[i] - static_cast<float>(x), v[i] - static_cast<float>(y), wx, wy);
     float sum = 0.0F;
     for (int b = 0; b < taps; ++b) {
-      const std::byte* line = plane.base + (y + b - before) * plane.stride + (x - before) * bytes;
+      const std::byte* line =
+          plane.base + (y + b - before) * plane.stride + static_cast<std::ptrdiff_t>(x - before) * bytes;
       float row = 0.0F;
-      for (int a = 0; a < taps; ++a) row += wx[a] * pixel(line + a * bytes, bytes);
+      for (int a = 0; a < taps; ++a) row += wx[a] * pixel(line + static_cast<std::ptrdiff_t>(a) * bytes, bytes);
       sum += wy[b] * row;
     }
     out[i] = scale * sum;

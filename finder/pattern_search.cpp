@@ -192,7 +192,7 @@ FitResult PatternSearch::look(const PreparedPattern& prepared, const Projection&
   seen.iterations = 0;
   seen.polarity = prepared.pattern->polarity;
   Pose same = match.pose;
-  const FitResult view = fit_.fit(prepared.verify, projection, reader, seen, same);
+  FitResult view = fit_.fit(prepared.verify, projection, reader, seen, same);
   double inside = 0.0;
   const double signed_score = fit_.correlation_as_read(prepared.verify, inside);
   match.score = std::clamp(oriented(signed_score, prepared.pattern->polarity), 0.0, 1.0);

@@ -4,12 +4,12 @@
 
 #include <opencv2/imgcodecs.hpp>
 
-#include "calibration/calibration_file.h"
-#include "tests/app/shell.h"
-#include "tests/calibration/cameras.h"
 #include "app/render/patterns.h"
 #include "app/render/sensor.h"
 #include "app/render/truth.h"
+#include "calibration/calibration_file.h"
+#include "tests/app/shell.h"
+#include "tests/calibration/cameras.h"
 
 namespace vsfind {
 namespace {
