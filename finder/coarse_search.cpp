@@ -1,9 +1,9 @@
 #include "finder/coarse_search.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "finder/kernels.h"
 
@@ -69,6 +69,7 @@ CoarsePoints::CoarsePoints(const std::vector<PatternPoint>& points) {
     y.push_back(point.y);
     weight.push_back(static_cast<std::int16_t>(std::lround(127.0 * (static_cast<double>(point.value) - mean) / most)));
   }
+  weight.resize((weight.size() + kernels::sum_block - 1) / kernels::sum_block * kernels::sum_block, 0);
   if (points.size() >= 2) first = first_weights(points);
   anchor_x = (left + right) / 2.0;
   anchor_y = (top + bottom) / 2.0;
@@ -110,6 +111,8 @@ void CoarseSearch::prepare_copies(const CoarseTask& task) {
       copy.top = std::min(copy.top, dv);
       copy.bottom = std::max(copy.bottom, dv);
     }
+    copy.du.resize(points.weight.size(), 0);
+    copy.dv.resize(points.weight.size(), 0);
     margin_ = std::max({margin_, -copy.left, copy.right, -copy.top, copy.bottom});
   }
   width_ = level.width;
@@ -122,12 +125,16 @@ void CoarseSearch::prepare_copies(const CoarseTask& task) {
     for (std::size_t k = 0; k < n; ++k) copy.offsets.push_back(copy.dv[k] * stride_ + copy.du[k]);
   }
   for (Copy& copy : copies_) prepare_factors(points, task.min_inside, copy);
+  // A row above and one below the scores, and an entry to either side: lower than any score.
+  scores_.assign(static_cast<std::size_t>(row_) * static_cast<std::size_t>(height_ + 2) + 2, 0);
+  which_.resize(static_cast<std::size_t>(row_) * static_cast<std::size_t>(height_));
+  columns_.resize(static_cast<std::size_t>(width_));
 }
 
 void CoarseSearch::prepare_factors(const CoarsePoints& points, float min_inside, Copy& copy) const {
-  const auto size = static_cast<std::size_t>(row_) * static_cast<std::size_t>(height_);
-  copy.factors.assign(size, whole_factor);
-  copy.shifts.assign(size, 0);
+  copy.upper_rows = std::min(height_, -copy.top);
+  copy.lower_rows = std::min(height_ - copy.upper_rows, copy.bottom);
+  copy.factors.clear();
   const std::size_t n = points.first.size();
   int whole = 0;
   for (const std::int8_t weight : points.first) whole += weight * weight;
@@ -138,11 +145,11 @@ void CoarseSearch::prepare_factors(const CoarsePoints& points, float min_inside,
     int squares = 0;
   };
   std::vector<Inside> row(static_cast<std::size_t>(width_));
-  for (int v = 0; v < height_; ++v) {
-    const bool inner_row = v + copy.top >= 0 && v + copy.bottom < height_;
+  // Of the rows that see the pattern cut off above or below, and of one that does not.
+  const auto add_row = [&](auto is_inside) {
     std::fill(row.begin(), row.end(), Inside{});
     for (std::size_t k = 0; k < n; ++k) {
-      if (v + copy.dv[k] < 0 || v + copy.dv[k] >= height_) continue;
+      if (!is_inside(copy.dv[k])) continue;
       const int weight = +points.first[k];
       const int last = std::min(width_ - 1, width_ - 1 - copy.du[k]);
       for (int u = std::max(0, -copy.du[k]); u <= last; ++u) {
@@ -152,38 +159,83 @@ void CoarseSearch::prepare_factors(const CoarsePoints& points, float min_inside,
         at.squares += weight * weight;
       }
     }
-    for (int u = 0; u < width_; ++u) {
-      if (inner_row && u + copy.left >= 0 && u + copy.right < width_) continue;
-      const Inside& at = row[static_cast<std::size_t>(u)];
-      const auto to = static_cast<std::size_t>(v) * static_cast<std::size_t>(row_) + static_cast<std::size_t>(u);
+    for (const Inside& at : row) {
       // What is seen of the weights: their mean taken out, as large as all of them together.
       const double mean = static_cast<double>(at.weights) / std::max(1, at.count);
       const double squares = std::max(1.0, at.squares - mean * at.weights);
       const double factor = at.count < least ? 0.0 : std::min(1.99, std::sqrt(whole / squares));
-      copy.factors[to] = static_cast<std::int16_t>(std::lround(whole_factor * factor));
-      copy.shifts[to] = static_cast<std::int16_t>(std::clamp(std::lround(4096.0 * factor * mean), -32768L, 32767L));
+      copy.factors.push_back(static_cast<std::int16_t>(std::lround(whole_factor * factor)));
     }
+    copy.factors.resize(copy.factors.size() + static_cast<std::size_t>(row_ - width_), 0);
+  };
+  for (int v = 0; v < copy.upper_rows; ++v) add_row([&](int dv) { return v + dv >= 0 && v + dv < height_; });
+  add_row([](int) { return true; });
+  for (int v = height_ - copy.lower_rows; v < height_; ++v) {
+    add_row([&](int dv) { return v + dv >= 0 && v + dv < height_; });
   }
 }
 
+const std::int16_t* CoarseSearch::factors_of(const Copy& copy, int v) const {
+  const int first_lower = height_ - copy.lower_rows;
+  const int row = v < copy.upper_rows ? v : copy.upper_rows + (v < first_lower ? 0 : v - first_lower + 1);
+  return copy.factors.data() + static_cast<std::ptrdiff_t>(row) * row_;
+}
+
 void CoarseSearch::prepare_plane(const Level& level) {
-  std::uint8_t least = 255;
+  std::uint8_t least = 0;
   std::uint8_t most = 0;
+  kernels::range_of(level.row(0), level.row(1) - level.row(0), width_, height_, least, most);
+  const auto factor = static_cast<std::uint16_t>(127 * 256 / std::max(1, most - least));
   for (int v = 0; v < height_; ++v) {
-    const auto [low, high] = std::minmax_element(level.row(v), level.row(v) + width_);
-    least = std::min(least, *low);
-    most = std::max(most, *high);
+    kernels::stretch(level.row(v), width_, least, factor, plane_row(v));
   }
-  std::array<std::uint8_t, 256> stretched{};
-  const int span = std::max(1, most - least);
-  for (int grey = least; grey <= most; ++grey) {
-    stretched[static_cast<std::size_t>(grey)] = static_cast<std::uint8_t>((grey - least) * 127 / span);
-  }
+  // Around the picture lies the mean of what is near its border: so the weights' part that is outside, where they do
+  // not sum to zero, finds nothing unusual.
+  constexpr int near = 8;
+  const int depth_x = std::min(near, width_);
+  const int depth_y = std::min(near, height_);
+  const auto settle = [&](std::vector<int>& sums, int depth) {
+    // From sums over the depth to means over as much along the border.
+    const int n = static_cast<int>(sums.size());
+    running_.assign(1, 0);
+    for (const int sum : sums) running_.push_back(running_.back() + sum);
+    for (int i = 0; i < n; ++i) {
+      const int from = std::max(0, i - near / 2);
+      const int to = std::min(n, i + near / 2 + 1);
+      sums[static_cast<std::size_t>(i)] =
+          (running_[static_cast<std::size_t>(to)] - running_[static_cast<std::size_t>(from)]) / ((to - from) * depth);
+    }
+  };
+  const auto along_rows = [&](int first, int end, std::vector<int>& sums) {
+    sums.assign(static_cast<std::size_t>(height_), 0);
+    for (int v = 0; v < height_; ++v) {
+      const std::uint8_t* row = plane_row(v);
+      sums[static_cast<std::size_t>(v)] = std::accumulate(row + first, row + end, 0);
+    }
+    settle(sums, depth_x);
+  };
+  along_rows(0, depth_x, left_);
+  along_rows(width_ - depth_x, width_, right_);
   for (int v = 0; v < height_; ++v) {
-    std::uint8_t* to = plane_.data() + static_cast<std::ptrdiff_t>(v + margin_) * stride_ + margin_;
-    const std::uint8_t* from = level.row(v);
-    for (int u = 0; u < width_; ++u) to[u] = stretched[from[u]];
+    std::uint8_t* row = plane_row(v);
+    std::fill(row - margin_, row, static_cast<std::uint8_t>(left_[static_cast<std::size_t>(v)]));
+    std::fill(row + width_, row + stride_ - margin_, static_cast<std::uint8_t>(right_[static_cast<std::size_t>(v)]));
   }
+  const auto beyond = [&](int first, int border, int direction) {
+    edge_.assign(static_cast<std::size_t>(width_), 0);
+    for (int v = first; v < first + depth_y; ++v) {
+      const std::uint8_t* row = plane_row(v);
+      for (int u = 0; u < width_; ++u) edge_[static_cast<std::size_t>(u)] += row[u];
+    }
+    settle(edge_, depth_y);
+    for (int k = 1; k <= margin_; ++k) {
+      std::uint8_t* row = plane_row(border + k * direction);
+      std::copy_n(plane_row(border) - margin_, stride_, row - margin_);
+      for (int u = 0; u < width_; ++u) row[u] = static_cast<std::uint8_t>(edge_[static_cast<std::size_t>(u)]);
+    }
+  };
+  beyond(0, 0, -1);
+  beyond(height_ - depth_y, height_ - 1, 1);
 }
 
 CoarseSearch::Window CoarseSearch::window_of(const CoarseTask& task, const Copy& copy) const {
@@ -208,89 +260,52 @@ void CoarseSearch::first_pass(const CoarseTask& task, int first_row, int end_row
   const std::vector<std::int8_t>& weights = task.points->first;
   const int n = static_cast<int>(weights.size());
   for (int v = first_row; v < end_row; ++v) {
-    std::int16_t* best = best_.data() + static_cast<std::ptrdiff_t>(v) * row_;
+    std::int16_t* scores = score_row(v);
     std::uint16_t* which = which_.data() + static_cast<std::ptrdiff_t>(v) * row_;
-    std::fill_n(best, row_, std::int16_t{0});
-    const std::uint8_t* row = plane_.data() + static_cast<std::ptrdiff_t>(v + margin_) * stride_ + margin_;
+    std::fill_n(scores, row_, std::int16_t{0});
     for (std::size_t h = 0; h < copies_.size(); ++h) {
       const Window& window = windows_[h];
       if (v < window.top || v > window.bottom || window.left > window.right) continue;
-      const Copy& copy = copies_[h];
-      const auto id = static_cast<std::uint16_t>(h);
-      // Whole blocks where all points are inside go the quick way.
-      const bool inner_row = v + copy.top >= 0 && v + copy.bottom < height_;
-      const int inner = std::max(window.left, -copy.left);
-      const int inner_count = inner_row ? std::max(0, std::min(window.right, width_ - 1 - copy.right) - inner + 1) : 0;
-      const int quick = inner_count / kernels::dot_block * kernels::dot_block;
-      const auto slowly = [&](int from, int count) {
-        if (count <= 0) return;
-        const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(v) * row_ + from;
-        kernels::best_dots_inside(row + from, copy.offsets.data(), weights.data(), n, count, task.polarity,
-                                  copy.factors.data() + at, copy.shifts.data() + at, id, best + from, which + from);
-      };
-      if (quick == 0) {
-        slowly(window.left, window.right - window.left + 1);
-        continue;
-      }
-      slowly(window.left, inner - window.left);
-      kernels::best_dots(row + inner, copy.offsets.data(), weights.data(), n, quick, task.polarity, id, best + inner,
-                         which + inner);
-      slowly(inner + quick, window.right - inner - quick + 1);
+      const int from = window.left;
+      kernels::best_dots(plane_row(v) + from, copies_[h].offsets.data(), weights.data(), n, window.right - from + 1,
+                         task.polarity, factors_of(copies_[h], v) + from, static_cast<std::uint16_t>(h), scores + from,
+                         which + from);
     }
+    std::fill(scores + width_, scores + row_, std::int16_t{0});
   }
 }
 
 float CoarseSearch::correlation(const CoarseTask& task, const Copy& copy, int u, int v) const {
   const CoarsePoints& points = *task.points;
-  const std::uint8_t* at = plane_.data() + static_cast<std::ptrdiff_t>(v + margin_) * stride_ + margin_ + u;
-  const bool inner = u + copy.left >= 0 && u + copy.right < width_ && v + copy.top >= 0 && v + copy.bottom < height_;
-  const auto n = static_cast<std::size_t>(points.size());
-  int count = 0;
-  int sum = 0;
-  int squares = 0;
-  int dot = 0;
-  int weights = 0;
-  int weight_squares = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    if (!inner) {
-      const int x = u + copy.du[k];
-      const int y = v + copy.dv[k];
-      if (x < 0 || y < 0 || x >= width_ || y >= height_) continue;
-    }
-    const int grey = at[copy.offsets[k]];
-    const int w = points.weight[k];
-    ++count;
-    sum += grey;
-    squares += grey * grey;
-    dot += grey * w;
-    weights += w;
-    weight_squares += w * w;
-  }
-  if (static_cast<float>(count) < std::max(4.0F, task.min_inside * static_cast<float>(n))) return 0.0F;
-  const auto m = static_cast<float>(count);
-  const float variance = m * static_cast<float>(squares) - static_cast<float>(sum) * static_cast<float>(sum);
-  const float spread =
-      m * static_cast<float>(weight_squares) - static_cast<float>(weights) * static_cast<float>(weights);
-  if (variance < m * m || spread < m * m) return 0.0F;  // flat
-  return (m * static_cast<float>(dot) - static_cast<float>(weights) * static_cast<float>(sum)) /
-         std::sqrt(variance * spread);
+  const std::uint8_t* at = plane_row(v) + u;
+  const kernels::SparsePoints sparse{copy.offsets.data(), copy.du.data(), copy.dv.data(), points.weight.data(),
+                                     points.size()};
+  const kernels::SparseSums sums =
+      kernels::sums_inside(at, sparse, -u, width_ - 1 - u, -v, height_ - 1 - v);
+  const auto n = static_cast<float>(sums.count);
+  if (n < std::max(4.0F, task.min_inside * static_cast<float>(points.size()))) return 0.0F;
+  const auto sum = static_cast<float>(sums.pixels);
+  const auto weights = static_cast<float>(sums.weights);
+  const float variance = n * static_cast<float>(sums.squares) - sum * sum;
+  const float spread = n * static_cast<float>(sums.weight_squares) - weights * weights;
+  if (variance < n * n || spread < n * n) return 0.0F;  // flat
+  return (n * static_cast<float>(sums.dots) - weights * sum) / std::sqrt(variance * spread);
 }
 
 void CoarseSearch::second_pass(const CoarseTask& task) {
   peaks_.clear();
+  // What varies so little that it counts as flat cannot score more than this, nor what correlates too little. Half of
+  // it, since the first pass has fewer points.
+  double squares = 0.0;
+  for (const std::int8_t weight : task.points->first) squares += weight * weight;
+  const double flat = std::sqrt(squares * static_cast<double>(task.points->first.size()));
+  const double least = 0.5 * static_cast<double>(task.threshold) * flat * whole_factor / 65536.0;
+  const auto floor = static_cast<std::int16_t>(std::clamp(least, 1.0, 32767.0));
   for (int v = 0; v < height_; ++v) {
-    const std::int16_t* here = best_.data() + static_cast<std::ptrdiff_t>(v) * row_;
-    const std::int16_t* above = v > 0 ? here - row_ : nullptr;
-    const std::int16_t* below = v + 1 < height_ ? here + row_ : nullptr;
-    for (int u = 0; u < width_; ++u) {
-      const std::int16_t dot = here[u];
-      if (dot <= 0) continue;
-      // Of equal neighbours the last one counts.
-      bool highest = (u == 0 || here[u - 1] <= dot) && (u + 1 >= width_ || here[u + 1] < dot);
-      for (int x = std::max(0, u - 1); x <= std::min(width_ - 1, u + 1) && highest; ++x) {
-        highest = (above == nullptr || above[x] <= dot) && (below == nullptr || below[x] < dot);
-      }
-      if (!highest) continue;
+    const std::int16_t* row = score_row(v);
+    const int found = kernels::local_maxima(row - row_, row, row + row_, width_, floor, columns_.data());
+    for (int i = 0; i < found; ++i) {
+      const int u = columns_[static_cast<std::size_t>(i)];
       const std::size_t h =
           which_[static_cast<std::size_t>(v) * static_cast<std::size_t>(row_) + static_cast<std::size_t>(u)];
       const float score = oriented(correlation(task, copies_[h], u, v), task.polarity);
@@ -361,9 +376,6 @@ void CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<
   prepare_plane(level);
   windows_.clear();
   for (const Copy& copy : copies_) windows_.push_back(window_of(task, copy));
-  const auto size = static_cast<std::size_t>(row_) * static_cast<std::size_t>(height_);
-  best_.resize(size);
-  which_.resize(size);
   const int workers = threads.size();
   threads.run([&](int worker) { first_pass(task, height_ * worker / workers, height_ * (worker + 1) / workers); });
   second_pass(task);

@@ -26,7 +26,7 @@ inline constexpr std::size_t most_hypotheses = 65535;
 struct CoarsePoints {
   std::vector<double> x;  ///< pattern pixels from the origin; an even number of points
   std::vector<double> y;
-  std::vector<std::int16_t> weight;  ///< −127 … 127
+  std::vector<std::int16_t> weight;  ///< −127 … 127; padded with zeros for kernels::sums_inside()
   std::vector<std::int8_t> first;    ///< of the first pass: the first points' weights, summing to zero
   double anchor_x = 0.0;  ///< middle of the points: positions are scanned for it, so that a far origin costs nothing
   double anchor_y = 0.0;
@@ -69,8 +69,11 @@ class CoarseSearch {
     int top = 0;
     int bottom = 0;
     Eigen::Vector2d origin{0.0, 0.0};  ///< of the pattern relative to the anchor, level pixels
-    // Where points lie outside the picture, in the order of `best_`: kernels::best_dots_inside().
-    std::vector<std::int16_t> factors, shifts;
+    /// What makes up for points outside the picture (kernels::best_dots()), in rows like those of the scores: of each
+    /// of the upper rows, in which the pattern is cut off above, of all in which it is not, of each of the lower ones.
+    std::vector<std::int16_t> factors;
+    int upper_rows = 0;
+    int lower_rows = 0;
   };
   /// Positions of the anchor that are tried, level pixels, ends included.
   struct Window {
@@ -89,7 +92,17 @@ class CoarseSearch {
   [[nodiscard]] static bool better(const Peak& a, const Peak& b);
   void prepare_copies(const CoarseTask& task);
   void prepare_factors(const CoarsePoints& points, float min_inside, Copy& copy) const;
+  [[nodiscard]] const std::int16_t* factors_of(const Copy& copy, int v) const;
   void prepare_plane(const Level& level);
+  [[nodiscard]] std::uint8_t* plane_row(int v) {
+    return plane_.data() + static_cast<std::ptrdiff_t>(v + margin_) * stride_ + margin_;
+  }
+  [[nodiscard]] const std::uint8_t* plane_row(int v) const {
+    return plane_.data() + static_cast<std::ptrdiff_t>(v + margin_) * stride_ + margin_;
+  }
+  [[nodiscard]] std::int16_t* score_row(int v) {
+    return scores_.data() + 1 + static_cast<std::ptrdiff_t>(v + 1) * row_;
+  }
   [[nodiscard]] Window window_of(const CoarseTask& task, const Copy& copy) const;
   void first_pass(const CoarseTask& task, int first_row, int end_row);
   void second_pass(const CoarseTask& task);
@@ -105,14 +118,16 @@ class CoarseSearch {
   const std::vector<Hypothesis>* copied_hypotheses_ = nullptr;
   Eigen::Matrix2d copied_slope_ = Eigen::Matrix2d::Zero();
 
-  std::vector<std::uint8_t> plane_;  // the level's contrast stretched to 7 bits, 0 all around
+  std::vector<std::uint8_t> plane_;  // the level's contrast stretched to 7 bits, with a margin
   int width_ = 0;
   int height_ = 0;
   int margin_ = 0;
   std::ptrdiff_t stride_ = 0;
-  int row_ = 0;  // entries of a row of the two arrays below
-  std::vector<std::int16_t> best_;
-  std::vector<std::uint16_t> which_;
+  std::vector<int> left_, right_, edge_, running_;  // scratch of prepare_plane()
+  int row_ = 0;                                     // entries of a row of the two arrays below
+  std::vector<std::int16_t> scores_;                // of the best hypothesis at each position, rows from −1 to height_
+  std::vector<std::uint16_t> which_;                // the best hypothesis
+  std::vector<std::uint16_t> columns_;              // scratch of second_pass()
   std::vector<Peak> peaks_;
   std::vector<Peak> ways_, more_;  // scratch of other_ways()
 };

@@ -213,6 +213,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   Pose now = pose;
   Coefficients known{};  // of the picture at the pose: gain, offset and the nuisances; 0 for the pose
   Coefficients step{};
+  double before = 0.0;  // how far the last step reached
   double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
   constexpr int rough = 2;  // so many first steps do not trust the spread of the residuals
   for (int iteration = options.first_iteration;; ++iteration) {
@@ -297,7 +298,10 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
     now.scale_y *= 1.0 + grow_y / points.radius * part;
     if (!(now.scale_x > 0.05 && now.scale_y > 0.05 && now.scale_x < 20.0 && now.scale_y < 20.0)) return result;
     if (options.at_start_only) break;
-    if (reach < options.step_tolerance && (!options.settle || iteration >= rough)) break;
+    // Steps shrink by about the same ratio: the next one is foreseen.
+    const double next = before > 0.0 ? reach * std::min(1.0, reach / before) : reach;
+    before = reach;
+    if (next < options.step_tolerance && (!options.settle || iteration >= rough)) break;
   }
   result.gain = known[0];
   result.offset = known[1] - known[0] * points.mean;

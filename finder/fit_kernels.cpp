@@ -6,6 +6,7 @@
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "finder/fit_kernels.h"
@@ -239,43 +240,69 @@ void tukey_weights(const float* residual, const float* inside, float inverse_cut
   }
 }
 
-/// Up to four entries of one row at a time, so that they stay in registers.
-template <int number>
-void row_entries(const float* row, const float* const* columns, const float* weight, int count, double* out) {
-  const Floats floats;
-  auto a = hn::Zero(floats);
-  auto b = a;
-  auto c = a;
-  auto d = a;
-  for (int i = 0; i < padded(count); i += lanes()) {
-    const auto wr = hn::Mul(hn::LoadU(floats, weight + i), hn::LoadU(floats, row + i));
-    a = hn::MulAdd(wr, hn::LoadU(floats, columns[0] + i), a);
-    if constexpr (number > 1) b = hn::MulAdd(wr, hn::LoadU(floats, columns[1] + i), b);
-    if constexpr (number > 2) c = hn::MulAdd(wr, hn::LoadU(floats, columns[2] + i), c);
-    if constexpr (number > 3) d = hn::MulAdd(wr, hn::LoadU(floats, columns[3] + i), d);
+/// Four neighbouring entries of a row of the normal equations.
+struct RowEntries {
+  Vector a;
+  Vector b;
+  Vector c;
+  Vector d;
+
+  // Not left to the compiler, which would make it for another instruction set.
+  HWY_INLINE RowEntries() : a(hn::Zero(Floats())), b(a), c(a), d(a) {}
+
+  HWY_INLINE void add(Vector row, Vector first, Vector second, Vector third, Vector fourth) {
+    a = hn::MulAdd(row, first, a);
+    b = hn::MulAdd(row, second, b);
+    c = hn::MulAdd(row, third, c);
+    d = hn::MulAdd(row, fourth, d);
   }
-  const auto total = [&](const Vector& v) { return static_cast<double>(hn::GetLane(hn::SumOfLanes(floats, v))); };
-  out[0] = total(a);
-  if constexpr (number > 1) out[1] = total(b);
-  if constexpr (number > 2) out[2] = total(c);
-  if constexpr (number > 3) out[3] = total(d);
+
+  HWY_INLINE void store(double out[4]) const {
+    const auto total = [](Vector v) { return static_cast<double>(hn::GetLane(hn::SumOfLanes(Floats(), v))); };
+    out[0] = total(a);
+    out[1] = total(b);
+    out[2] = total(c);
+    out[3] = total(d);
+  }
+};
+
+/// Up to three rows of four entries at a time: as much as the registers hold, so that sums do not wait for each other.
+template <int rows>
+void entries_of(const float* const* row, const float* const* column, const float* weight, int count,
+                double out[3][4]) {
+  const Floats floats;
+  RowEntries x;
+  RowEntries y;
+  RowEntries z;
+  for (int i = 0; i < padded(count); i += lanes()) {
+    const auto w = hn::LoadU(floats, weight + i);
+    const auto c0 = hn::LoadU(floats, column[0] + i);
+    const auto c1 = hn::LoadU(floats, column[1] + i);
+    const auto c2 = hn::LoadU(floats, column[2] + i);
+    const auto c3 = hn::LoadU(floats, column[3] + i);
+    x.add(hn::Mul(w, hn::LoadU(floats, row[0] + i)), c0, c1, c2, c3);
+    if constexpr (rows > 1) y.add(hn::Mul(w, hn::LoadU(floats, row[1] + i)), c0, c1, c2, c3);
+    if constexpr (rows > 2) z.add(hn::Mul(w, hn::LoadU(floats, row[2] + i)), c0, c1, c2, c3);
+  }
+  x.store(out[0]);
+  if constexpr (rows > 1) y.store(out[1]);
+  if constexpr (rows > 2) z.store(out[2]);
 }
 
 void normal_equations(const float* const* columns, int number, const float* weight, int count, double* lower) {
-  for (int r = 0; r < number; ++r) {
-    for (int s = 0; s <= r; s += 4) {
-      const int left = r + 1 - s;
-      if (left >= 4) {
-        row_entries<4>(columns[r], columns + s, weight, count, lower + s);
-      } else if (left == 3) {
-        row_entries<3>(columns[r], columns + s, weight, count, lower + s);
-      } else if (left == 2) {
-        row_entries<2>(columns[r], columns + s, weight, count, lower + s);
-      } else {
-        row_entries<1>(columns[r], columns + s, weight, count, lower + s);
+  for (int r = 0; r < number; r += 3) {
+    const int rows = std::min(3, number - r);
+    for (int s = 0; s < r + rows; s += 4) {
+      // What is computed above the diagonal is not kept.
+      const float* column[4];
+      for (int k = 0; k < 4; ++k) column[k] = columns[std::min(s + k, number - 1)];
+      double entries[3][4];
+      const auto compute = rows == 3 ? entries_of<3> : rows == 2 ? entries_of<2> : entries_of<1>;
+      compute(columns + r, column, weight, count, entries);
+      for (int i = 0; i < rows; ++i) {
+        for (int k = 0; k < 4 && s + k <= r + i; ++k) lower[(r + i) * (r + i + 1) / 2 + s + k] = entries[i][k];
       }
     }
-    lower += r + 1;
   }
 }
 

@@ -46,10 +46,11 @@ class Jitter {
 
 class Chooser {
  public:
-  Chooser(TrainingScene& scene, int level_index, const TrainOptions& options, const std::vector<AgainstLevel>& against)
+  Chooser(TrainingScene& scene, int level_index, const TrainOptions& options, const std::vector<AgainstLevel>& against,
+          double widening)
       : scene_(scene), against_(against), level_(scene.pyramid().smoothed(level_index)) {
     result_.level = level_index;
-    result_.grid = coarse_grid(scene, level_index, options);
+    result_.grid = coarse_grid(scene, level_index, options, widening);
     step_ = std::ldexp(1.0, level_index);
     make_phases(level_index);
   }
@@ -424,7 +425,7 @@ class Chooser {
 
 }  // namespace
 
-CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions& options) {
+CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions& options, double widening) {
   const double step = std::ldexp(1.0, level);
   // r.m.s. distances of a rectangle's points from its middle, level pixels.
   const double rms_x = scene.width() / step / std::sqrt(12.0);
@@ -434,15 +435,15 @@ CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions
   grid.scale_x = options.scale_x;
   grid.scale_y = options.scale_y;
   grid.common_scale = options.common_scale;
-  grid.angle_step_deg = std::min(30.0, 1.0 / std::hypot(rms_x, rms_y) / radian);
+  grid.angle_step_deg = std::min(30.0, widening / std::hypot(rms_x, rms_y) / radian);
   grid.scale_step = std::min(
-      0.4, 0.8 / (options.common_scale ? std::hypot(rms_x, rms_y) / std::numbers::sqrt2 : std::max(rms_x, rms_y)));
+      0.4, 0.8 * widening / (options.common_scale ? std::hypot(rms_x, rms_y) / std::numbers::sqrt2 : std::max(rms_x, rms_y)));
   return grid;
 }
 
 SearchPoints choose_search_points(TrainingScene& scene, int level, const TrainOptions& options,
-                                  const std::vector<AgainstLevel>& against) {
-  return Chooser(scene, level, options, against).choose();
+                                  const std::vector<AgainstLevel>& against, double widening) {
+  return Chooser(scene, level, options, against, widening).choose();
 }
 
 }  // namespace vsfind

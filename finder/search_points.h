@@ -20,8 +20,10 @@ struct SearchPoints {
   [[nodiscard]] double margin() const { return worst_genuine - best_impostor; }
 };
 
-/// Steps of the coarse grid at a level: half a step moves the points by about half a level pixel (r.m.s.).
-[[nodiscard]] CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions& options);
+/// Steps of the coarse grid at a level in angle and scale: half a step moves the points by about half a level pixel
+/// (r.m.s.), times `widening`.
+[[nodiscard]] CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions& options,
+                                     double widening = 1.0);
 
 /// Greedy choice at one level (after Krattenthaler, Mayer & Zeiller 1994, with the level's own impostors). `against`:
 /// further scenes, as smoothed levels of the same resolution, with their mappings. No points where the level has too
@@ -31,6 +33,6 @@ struct AgainstLevel {
   Mapping mapping;
 };
 [[nodiscard]] SearchPoints choose_search_points(TrainingScene& scene, int level, const TrainOptions& options,
-                                                const std::vector<AgainstLevel>& against);
+                                                const std::vector<AgainstLevel>& against, double widening = 1.0);
 
 }  // namespace vsfind

@@ -427,13 +427,16 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
     others[i].build(other, scene.plan());
   }
 
-  SearchPoints best;
-  for (int level = deepest; level >= 0; --level) {
+  const auto against_at = [&](int level) {
     std::vector<AgainstLevel> against;
     for (Pyramid& other : others) {
       if (level < other.levels()) against.push_back({other.smoothed(level), mapping});
     }
-    SearchPoints proposal = choose_search_points(scene, level, options, against);
+    return against;
+  };
+  SearchPoints best;
+  for (int level = deepest; level >= 0; --level) {
+    SearchPoints proposal = choose_search_points(scene, level, options, against_at(level));
     if (proposal.points.size() < 4) continue;
     // Where much in the scene looks like the pattern (its own kind, say) no level tells them apart: the candidates are
     // followed down and judged there.
@@ -445,6 +448,21 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   }
   if (best.points.empty())
     throw UsageError("the pattern has too few points that can be searched for: choose a larger roi");
+  // The grid need be no finer than the points bear.
+  const bool turned_or_scaled =
+      options.angle_deg.width() > best.grid.angle_step_deg || options.scale_x.searched() || options.scale_y.searched();
+  for (const double widening : {2.0, 1.4}) {
+    if (!turned_or_scaled) break;
+    SearchPoints wider = choose_search_points(scene, best.level, options, against_at(best.level), widening);
+    constexpr double bearable = 0.75;
+    constexpr double little = 0.05;
+    if (wider.points.empty() || wider.worst_genuine < std::max(bearable, best.worst_genuine - little) ||
+        wider.best_impostor > best.best_impostor + little) {
+      continue;
+    }
+    best = std::move(wider);
+    break;
+  }
   pattern.top_level = best.level;
   pattern.angle_step_deg = options.angle_deg.searched() ? best.grid.angle_step_deg : 0.0;
   pattern.scale_step = options.scale_x.searched() || options.scale_y.searched() ? best.grid.scale_step : 0.0;
