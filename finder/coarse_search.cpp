@@ -323,14 +323,15 @@ bool CoarseSearch::better(const Peak& a, const Peak& b) {
 }
 
 void CoarseSearch::other_ways(const CoarseTask& task) {
-  constexpr std::size_t places = 3;
   constexpr std::size_t most_ways = 3;
   constexpr float as_good = 0.8F;
   constexpr float promising = 0.6F;
   constexpr double other_angle = 20.0;  // degrees: nearer ones lead to the same pose
   const std::vector<Hypothesis>& tried = *task.hypotheses;
   more_.clear();
-  const std::size_t looked_at = std::min(places, peaks_.size());
+  constexpr std::size_t at_least = 3;
+  std::size_t looked_at = std::min(std::max(task.places, at_least), peaks_.size());
+  while (looked_at > at_least && peaks_[looked_at - 1].score < as_good * peaks_.front().score) --looked_at;
   for (std::size_t i = 0; i < looked_at; ++i) {
     const Peak& peak = peaks_[i];
     ways_.clear();

@@ -50,6 +50,7 @@ struct CoarseTask {
   float threshold = 0.5F;       ///< candidates below are left out
   float min_inside = 0.5F;      ///< part of the points that must lie in the picture
   std::size_t most = 64;        ///< candidates at the most
+  std::size_t places = 1;       ///< wanted: so many of the best, three at least, are tried with every hypothesis
   const Roi* region = nullptr;  ///< frame pixels for the origin
 };
 

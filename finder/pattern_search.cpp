@@ -276,7 +276,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   candidate.score = view.explained;
   // The less of a pattern lies in the picture, the easier something else looks like it: what is inside must agree
   // better.
-  constexpr double benefit = 0.75;
+  constexpr double benefit = 0.85;
   if (match.score * view.inside < benefit * min_score) return false;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
@@ -306,6 +306,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   task.polarity = p.polarity;
   task.threshold = static_cast<float>(0.5 * options.min_score);
   task.most = 48 + 12 * std::min<std::size_t>(wanted, 30);
+  task.places = wanted;
   std::optional<Roi> region = options.region;
   if (rectified_.update(top, *scene.mapping, 0.5 * std::hypot(p.width, p.height) * p.pitch)) {
     task.projection = {&rectified_.mapping(), &rectified_.level(), p.pitch};
@@ -354,8 +355,13 @@ bool PatternSearch::near_settled(const PreparedPattern& prepared, const Pose& po
   const Pattern& p = *prepared.pattern;
   constexpr double near = 0.3;  // of the pattern's size: such a neighbour shares more than half of its area
   const double reach = near * std::min(p.width, p.height) * p.pitch * std::min(pose.scale_x, pose.scale_y);
+  // What is nearly symmetric looks much like itself when turned: only the better way leaves no doubt.
+  constexpr double beyond_doubt = 0.95;
+  constexpr double other_way = 20.0;  // degrees
   return std::any_of(found_.begin(), found_.end(), [&](const Found& each) {
-    return each.convincing && std::hypot(each.match.pose.x - pose.x, each.match.pose.y - pose.y) < reach;
+    return each.convincing &&
+           (each.match.score >= beyond_doubt || angle_between(each.match.pose.angle_deg, pose.angle_deg) < other_way) &&
+           std::hypot(each.match.pose.x - pose.x, each.match.pose.y - pose.y) < reach;
   });
 }
 

@@ -451,7 +451,7 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   // The grid need be no finer than the points bear.
   const bool turned_or_scaled =
       options.angle_deg.width() > best.grid.angle_step_deg || options.scale_x.searched() || options.scale_y.searched();
-  for (const double widening : {2.0, 1.4}) {
+  for (const double widening : {1.4}) {
     if (!turned_or_scaled) break;
     SearchPoints wider = choose_search_points(scene, best.level, options, against_at(best.level), widening);
     constexpr double bearable = 0.75;
