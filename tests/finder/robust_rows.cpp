@@ -62,7 +62,7 @@ std::vector<Difficulty> difficulties() {
   {
     Difficulty& d = add("35% hidden", 95);
     d.recipe.hidden = 0.35;
-    d.min_score = 0.4;
+    d.min_score = 0.3;
   }
   {
     Difficulty& d = add("a third outside", 95);
