@@ -73,6 +73,7 @@ void take_off_disc_shift(const std::vector<BoardView>& measured, const Fit& fit,
 Residuals residuals_of(const std::vector<BoardView>& views, const Fit& fit) {
   Residuals residuals;
   double sum = 0.0;
+  residuals.views.reserve(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
     const ViewResidual view = residual_of(fit.mappings[i], views[i]);
     residuals.views.push_back(view);
