@@ -73,7 +73,6 @@ void take_off_disc_shift(const std::vector<BoardView>& measured, const Fit& fit,
 Residuals residuals_of(const std::vector<BoardView>& views, const Fit& fit) {
   Residuals residuals;
   double sum = 0.0;
-  residuals.views.reserve(views.size());
   for (std::size_t i = 0; i < views.size(); ++i) {
     const ViewResidual view = residual_of(fit.mappings[i], views[i]);
     residuals.views.push_back(view);
@@ -90,6 +89,7 @@ void name_bad_views(Solution& solution) {
   const auto& views = solution.calibration.residuals.views;
   if (views.size() < 3) return;
   std::vector<double> all;
+  all.reserve(views.size());
   for (const auto& view : views) all.push_back(view.rms);
   const double usual = median(all);
   for (const auto& view : views) {
