@@ -1,4 +1,3 @@
-#include <CLI/CLI.hpp>
 #include <exception>
 #include <memory>
 
@@ -79,14 +78,15 @@ int run_find(FindRequest& request) {
       break;
     }
   }
+  if (!output) return code;
   try {
-    if (output) output->write_report();
+    output->write_report();
   } catch (const std::exception&) {
     output->clear_progress();
     const int failed = report_error(std::current_exception());
     if (code == exit_done) code = failed;
   }
-  if (output) output->finish();
+  output->finish();
   return code;
 }
 

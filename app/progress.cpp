@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 namespace vsfind {
@@ -18,7 +19,7 @@ std::size_t terminal_width() {
 }
 
 std::string time_text(double seconds) {
-  const auto s = static_cast<std::uint64_t>(std::clamp(seconds, 0.0, 1e9) + 0.5);
+  const auto s = static_cast<std::uint64_t>(std::llround(std::clamp(seconds, 0.0, 1e9)));
   constexpr std::uint64_t minute = 60;
   constexpr std::uint64_t hour = 3600;
   if (s < minute) return fmt::format("{} s", s);

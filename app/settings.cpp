@@ -51,8 +51,9 @@ void Settings::declare(CLI::App& app) {
       options_.push_back(option);
       continue;
     }
-    std::string names = "--" + setting.name;
-    if (setting.letter != '\0') names = std::string("-") + setting.letter + "," + names;
+    std::string names;
+    if (setting.letter != '\0') names = {'-', setting.letter, ','};
+    names += "--" + setting.name;
     if (setting.value.empty()) {
       const std::string help = wrapped(setting.help);
       options_.push_back(app.add_flag(names, help));

@@ -9,7 +9,7 @@
 
 #include "app/values.h"
 
-namespace CLI {  // NOLINT(readability-identifier-naming): not our name
+namespace CLI {
 class App;
 class Option;
 }  // namespace CLI

@@ -118,7 +118,7 @@ Eigen::Matrix2d Lens::pixel_from_ray_jacobian(const Eigen::Vector2d& ray) const 
 }
 
 Eigen::Vector2d Lens::ray_from_pixel(const Eigen::Vector2d& pixel) const {
-  const Eigen::Vector2d target((pixel.x() - camera_.cx) / camera_.fx, (pixel.y() - camera_.cy) / camera_.fy);
+  Eigen::Vector2d target((pixel.x() - camera_.cx) / camera_.fx, (pixel.y() - camera_.cy) / camera_.fy);
   const double distorted = target.norm();
   if (!std::isfinite(distorted)) return nowhere();
   if (!distorts() || distorted == 0.0) {

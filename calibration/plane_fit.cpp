@@ -119,7 +119,7 @@ double pose_cost(const Lens& lens, const PlanePose& pose, std::span<const Eigen:
 }
 
 // Levenberg-Marquardt over a small turn (from the left) and a shift.
-PoseFit refined_pose(const Lens& lens, PlanePose pose, std::span<const Eigen::Vector2d> plane,
+PoseFit refined_pose(const Lens& lens, const PlanePose& pose, std::span<const Eigen::Vector2d> plane,
                      std::span<const Eigen::Vector2d> frame) {
   PoseFit best{pose, pose_cost(lens, pose, plane, frame)};
   double damping = 1e-4;

@@ -89,6 +89,7 @@ void name_bad_views(Solution& solution) {
   const auto& views = solution.calibration.residuals.views;
   if (views.size() < 3) return;
   std::vector<double> all;
+  all.reserve(views.size());
   for (const auto& view : views) all.push_back(view.rms);
   const double usual = median(all);
   for (const auto& view : views) {

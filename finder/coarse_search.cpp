@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <numeric>
 
@@ -313,7 +314,7 @@ void CoarseSearch::second_pass(const CoarseTask& task) {
     }
   }
   const std::size_t kept = std::min(task.most, peaks_.size());
-  std::partial_sort(peaks_.begin(), peaks_.begin() + static_cast<std::ptrdiff_t>(kept), peaks_.end(), better);
+  std::partial_sort(peaks_.begin(), std::next(peaks_.begin(), static_cast<std::ptrdiff_t>(kept)), peaks_.end(), better);
   peaks_.resize(kept);
 }
 

@@ -27,8 +27,8 @@ struct Layout {
   int count = 4;
   std::array<const float*, kernels::most_columns> columns{};
 
-  Layout(const Freedom& freedom, const PointArrays& points) {
-    columns = {points.value.data(), points.one.data(), points.gradient_x.data(), points.gradient_y.data()};
+  Layout(const Freedom& freedom, const PointArrays& points)
+      : columns{points.value.data(), points.one.data(), points.gradient_x.data(), points.gradient_y.data()} {
     if (freedom.angle) angle = add(nullptr);
     if (freedom.scale_x || freedom.common_scale) scale_x = add(points.gx_x.data());
     if (freedom.scale_y && !freedom.common_scale) scale_y = add(points.gy_y.data());

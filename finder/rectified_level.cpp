@@ -151,13 +151,12 @@ bool RectifiedLevel::update(const Level& level, const Mapping& mapping, double r
   const std::size_t pixels = static_cast<std::size_t>(table.grid_width) * static_cast<std::size_t>(table.grid_height);
   const auto samples = static_cast<std::size_t>(table.samples) * static_cast<std::size_t>(table.samples);
   memory_.resize(pixels + kernels::read_slack);
-  std::size_t seen = 0;
+  const std::size_t seen = static_cast<std::size_t>(level.width) * static_cast<std::size_t>(level.height);
   std::size_t sum = 0;
   // First the mean, from every pixel of the level, which is cheaper than from the grid.
   for (int row = 0; row < level.height; ++row) {
     const std::uint8_t* p = level.row(row);
     for (int column = 0; column < level.width; ++column) sum += p[column];
-    seen += static_cast<std::size_t>(level.width);
   }
   const auto mean = static_cast<std::uint32_t>((sum + seen / 2) / seen);
   const bool packed = level.stride == level.width;
