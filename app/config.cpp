@@ -93,7 +93,7 @@ std::string scalar_of(const YAML::Node& node, const std::string& where) {
 std::vector<ConfigEntry> entries_of(const std::string& path, const YAML::Node& map, int depth);
 
 ConfigEntry entry_of(const std::string& path, const YAML::Node& key, const YAML::Node& value, int depth) {
-  if (!key.IsScalar()) {
+  if (!key.IsScalar() || key.Scalar().find('\n') != std::string::npos) {
     throw UsageError(fmt::format("{}:{}: a key is not a plain word (allowed: KEY: VALUE)", path, line_of(key)));
   }
   ConfigEntry entry{key.Scalar(), line_of(key), value.IsSequence(), {}};

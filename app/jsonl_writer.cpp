@@ -20,6 +20,8 @@ void JsonlWriter::write(const ResultRow& row) {
       object[cell.column] = nullptr;
     } else if (cell.kind == RowCell::Kind::text) {
       object[cell.column] = cell.text;
+    } else if (cell.kind == RowCell::Kind::flag) {
+      object[cell.column] = cell.text == "1";
     } else {
       object[cell.column] = Json::parse(cell.text);  // the very digits of the CSV
     }

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 
 #include "acquisition/errors.h"
@@ -15,20 +17,53 @@ const Colour black(0, 0, 0);
 const Colour white(255, 255, 255);
 const Colour red(60, 60, 255);
 const Colour blue(255, 160, 60);
+const Colour yellow(60, 230, 255);
 
 void draw_coarse(cv::Mat& picture, const Eigen::Vector2d& at) {
   draw_cross(picture, at, 5.0, white, 4);
   draw_cross(picture, at, 4.5, black, 2);
 }
 
-void draw_fine(cv::Mat& picture, const Eigen::Vector2d& at) {
+void draw_fine(cv::Mat& picture, const Eigen::Vector2d& at, PointUse use) {
   draw_plus(picture, at, 4.5, black, 3);
-  draw_plus(picture, at, 4.0, white, 1);
+  draw_plus(picture, at, 4.0, use == PointUse::outline ? yellow : white, 1);
 }
 
 /// Whether the set is of the sub-pixel pose.
 bool fine_use(const PointSet& set) {
   return set.level == 0 && (set.use == PointUse::refine || set.use == PointUse::outline);
+}
+
+Colour colour_of_level(int level) {
+  static const Colour colours[] = {{80, 255, 80}, {255, 200, 60}, {60, 160, 255}, {255, 90, 255}, {90, 255, 255}};
+  return colours[static_cast<std::size_t>(level) % std::size(colours)];
+}
+
+/// A square as wide as a pixel of the level, within reason.
+void draw_follow(cv::Mat& picture, const Eigen::Vector2d& at, int level) {
+  const double half = 2.0 + 1.5 * level;
+  const std::vector<Eigen::Vector2d> corners{at + Eigen::Vector2d(-half, -half), at + Eigen::Vector2d(half, -half),
+                                             at + Eigen::Vector2d(half, half), at + Eigen::Vector2d(-half, half)};
+  draw_outline(picture, corners, black, 3);
+  draw_outline(picture, corners, colour_of_level(level), 1);
+}
+
+void draw_verify(cv::Mat& picture, const Eigen::Vector2d& at) {
+  draw_plus(picture, at, 1.5, black, 3);
+  draw_plus(picture, at, 1.0, red, 1);
+}
+
+/// The points that follow candidates down, by level, and those of the score.
+void draw_other_points(cv::Mat& picture, const Pattern& pattern,
+                       const std::function<Eigen::Vector2d(double, double)>& place) {
+  for (const auto& set : pattern.sets) {
+    if (set.use != PointUse::verify) continue;
+    for (const auto& point : set.points) draw_verify(picture, place(point.x, point.y));
+  }
+  for (const auto& set : pattern.sets) {
+    if (set.use != PointUse::follow) continue;
+    for (const auto& point : set.points) draw_follow(picture, place(point.x, point.y), set.level);
+  }
 }
 
 /// The pattern's grey values, what is not part of it darkened, in colour.
@@ -62,20 +97,27 @@ cv::Mat model_picture(const Pattern& pattern, int* zoom_used) {
 
   std::size_t coarse = 0;
   std::size_t fine = 0;
+  std::size_t outline = 0;
+  std::size_t verify = 0;
+  std::vector<const PointSet*> follow;
   int coarse_level = 0;
   for (const auto& set : pattern.sets) {
     if (set.use == PointUse::search) {
       coarse += set.points.size();
       coarse_level = set.level;
     }
-    if (fine_use(set)) fine += set.points.size();
+    if (fine_use(set)) (set.use == PointUse::outline ? outline : fine) += set.points.size();
+    if (set.use == PointUse::verify) verify += set.points.size();
+    if (set.use == PointUse::follow) follow.push_back(&set);
   }
 
   cv::Mat enlarged;
   cv::resize(shaded_pattern(image), enlarged, {}, zoom, zoom, cv::INTER_NEAREST);
-  constexpr int legend_lines = 4;
+  const cv::Mat bare = enlarged.clone();
+  const int legend_lines = 6 + static_cast<int>(follow.size());
+  constexpr int gap = 8;
   cv::Mat picture(enlarged.rows + static_cast<int>(line_height * (legend_lines + 0.5)),
-                  std::max(narrowest, enlarged.cols), CV_8UC3, Colour(64, 64, 64));
+                  std::max(narrowest, 2 * enlarged.cols + gap), CV_8UC3, Colour(64, 64, 64));
   enlarged.copyTo(picture(cv::Rect(0, 0, enlarged.cols, enlarged.rows)));
 
   const auto in_picture = [&](double x, double y) {
@@ -89,12 +131,15 @@ cv::Mat model_picture(const Pattern& pattern, int* zoom_used) {
                Colour(80, 255, 80));
   for (const auto& set : pattern.sets) {
     if (!fine_use(set)) continue;
-    for (const auto& point : set.points) draw_fine(picture, in_picture(point.x, point.y));
+    for (const auto& point : set.points) draw_fine(picture, in_picture(point.x, point.y), set.use);
   }
   for (const auto& set : pattern.sets) {
     if (set.use != PointUse::search) continue;
     for (const auto& point : set.points) draw_coarse(picture, in_picture(point.x, point.y));
   }
+  cv::Mat second = picture(cv::Rect(enlarged.cols + gap, 0, enlarged.cols, enlarged.rows));
+  bare.copyTo(second);
+  draw_other_points(second, pattern, in_picture);
   const double axis = 30.0;
   const Eigen::Vector2d origin = in_picture(0.0, 0.0);
   draw_arrow(picture, origin, origin + Eigen::Vector2d(axis, 0.0), red, 8.0);
@@ -111,8 +156,17 @@ cv::Mat model_picture(const Pattern& pattern, int* zoom_used) {
   draw_coarse(picture, {symbol_x, y - middle});
   legend(fmt::format("{} points of the coarse search, level {} (1/{} of the resolution)", coarse, coarse_level,
                      1 << coarse_level));
-  draw_fine(picture, {symbol_x, y - middle});
+  draw_fine(picture, {symbol_x, y - middle}, PointUse::refine);
   legend(fmt::format("{} points of the sub-pixel pose, full resolution", fine));
+  draw_fine(picture, {symbol_x, y - middle}, PointUse::outline);
+  legend(fmt::format("{} more of them on the outermost edges", outline));
+  for (const PointSet* set : follow) {
+    draw_follow(picture, {symbol_x, y - middle}, set->level);
+    legend(
+        fmt::format("{} points that follow candidates down, level {} (right picture)", set->points.size(), set->level));
+  }
+  draw_verify(picture, {symbol_x, y - middle});
+  legend(fmt::format("{} points of the score (right picture)", verify));
   draw_arrow(picture, {symbol_x - 8.0, y - middle - 4.0}, {symbol_x + 8.0, y - middle - 4.0}, red, 6.0);
   draw_arrow(picture, {symbol_x - 8.0, y - middle - 4.0}, {symbol_x - 8.0, y - middle + 12.0}, blue, 6.0);
   legend("origin with x (red) and y (blue); green: the trained rectangle");

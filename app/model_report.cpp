@@ -58,7 +58,8 @@ std::string describe(const Pattern& pattern) {
   }
   line("expected", fmt::format("S.D. x {:.5f} {}, y {:.5f} {}, angle {:.5f} degrees at a noise of 2 grey levels",
                                report.sigma_x, pattern.unit, report.sigma_y, pattern.unit, report.sigma_angle_deg));
-  line("impostor", fmt::format("best score of anything else when trained: {:.3f}", report.impostor_score));
+  line("impostor", fmt::format("best score of anything else when trained: {:.3f}{}{}", report.impostor_score,
+                               report.impostor.empty() ? "" : ", ", report.impostor));
   line("noise", fmt::format("{:.2f} grey levels in the training image", report.noise_sigma));
   line("trained in", fmt::format("{:.1f} ms", report.training_ms));
   return text;

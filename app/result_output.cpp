@@ -55,6 +55,7 @@ void ResultOutput::put(const FrameResult& result) {
     for (std::size_t p = 0; p < picture.patterns.size(); ++p) {
       const auto& matches = picture.patterns[p].matches;
       row.model = patterns[p]->name;
+      row.timed_out = picture.patterns[p].timed_out;
       row.status = matches.empty() ? RowStatus::not_found : RowStatus::found;
       row.instance = 0;
       if (matches.empty()) write(row);

@@ -15,7 +15,7 @@ std::string fixed(double value, int digits) {
 
 std::vector<RowCell> row_cells(const ResultRow& row) {
   std::vector<RowCell> cells;
-  constexpr std::size_t columns = 23;
+  constexpr std::size_t columns = 24;
   cells.reserve(columns);
   const bool found = row.status == RowStatus::found;
   const Match& match = row.match;
@@ -51,6 +51,7 @@ std::vector<RowCell> row_cells(const ResultRow& row) {
   text("polarity", found ? name(match.polarity) : "");
   number("search_ms", row.search_ms ? fixed(*row.search_ms, 3) : std::string{});
   number("latency_ms", fixed(row.latency_ms, 3));
+  cells.push_back({"timed_out", RowCell::Kind::flag, row.timed_out ? "1" : "0"});
   return cells;
 }
 

@@ -33,11 +33,12 @@ struct ResultRow {
   std::string unit;
   std::optional<double> search_ms;  ///< nothing for a bad frame
   double latency_ms = 0.0;
+  bool timed_out = false;  ///< the search was cut short by its timeout
 };
 
 /// One column of a row: text as it stands in the CSV ("" where the row has nothing there), and what it is.
 struct RowCell {
-  enum class Kind { text, number };
+  enum class Kind { text, number, flag };  ///< a flag's text is 0 or 1
   const char* column;
   Kind kind;
   std::string text;

@@ -23,6 +23,10 @@ std::vector<Setting> run_settings(RunOptions& options, const std::string& field_
 
   add("min-score", "0..1", "Weakest correlation that is reported (default 0.6)",
       [o](Values v) { o->search.min_score = parse_number(v[0], 0.0, 1.0); });
+  add("coarse-score", "0..1",
+      "Coarse acceptance: candidates of the exhaustive search that correlate less are not followed; higher is faster, "
+      "lower misses less where much is hidden (default: half of --min-score)",
+      [o](Values v) { o->search.coarse_score = parse_number(v[0], 0.0, 1.0); });
   add("max-instances", "N", "At most so many of each pattern in a picture; 0: all (default 1)",
       [o](Values v) { o->search.max_instances = parse_whole(v[0], 0, std::numeric_limits<int>::max()); });
   add("max-overlap", "0..1", "Part of the smaller outline that two instances may share (default 0.5)",
@@ -76,6 +80,10 @@ std::vector<Setting> run_settings(RunOptions& options, const std::string& field_
       "failures",
       [o](Values v) { o->report = parse_path(v[0]); })
       .path = true;
+  add("timeout-ms", "T",
+      "Longest time for a search of a picture, milliseconds; what is found by then is reported, with timed_out 1; "
+      "0: none (default 0)",
+      [o](Values v) { o->search.timeout_ms = parse_number(v[0], 0.0, 1e9); });
   add("threads", "N", "Threads of a search, 1 to 64; rows do not depend on it (default 1)",
       [o](Values v) { o->search.threads = parse_whole(v[0], 1, 64); });
   return settings;

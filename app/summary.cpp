@@ -39,6 +39,9 @@ void Summary::add(const FrameResult& result) {
   if (result.info.status != FrameStatus::good) ++bad;
   for (const auto& picture : result.pictures) {
     search_ms.add(picture.search_ms);
+    const bool cut_short = std::any_of(picture.patterns.begin(), picture.patterns.end(),
+                                       [](const PatternMatches& each) { return each.timed_out; });
+    if (cut_short) ++timed_out;
     for (const auto& pattern : picture.patterns) {
       found += pattern.matches.size();
       if (pattern.matches.empty()) ++not_found;
@@ -48,6 +51,7 @@ void Summary::add(const FrameResult& result) {
 
 std::string Summary::text() const {
   std::string text = fmt::format("{} frames: {} found, {} not found, {} bad", frames, found, not_found, bad);
+  if (timed_out > 0) text += fmt::format(", {} timed out", timed_out);
   if (dropped > 0) text += fmt::format(", {} dropped", dropped);
   if (lost > 0) text += fmt::format(", {} lost before they came", lost);
   if (search_ms.count() > 0) {

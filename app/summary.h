@@ -32,6 +32,7 @@ struct Summary {
   std::uint64_t found = 0;      ///< instances: rows `found`
   std::uint64_t not_found = 0;  ///< rows `not_found`
   std::uint64_t bad = 0;        ///< bad frames
+  std::uint64_t timed_out = 0;  ///< searches of a picture cut short by their timeout
   std::uint64_t dropped = 0;    ///< never searched because the search did not keep up (live only)
   std::uint64_t lost = 0;       ///< gaps in the numbers of live sources: frames that never came here
   TimeHistogram search_ms;      ///< a search of a frame or field for all patterns

@@ -27,6 +27,16 @@ struct CoarseGrid {
 /// Every combination, in a fixed order. A range of a full circle or more is covered once round.
 [[nodiscard]] std::vector<Hypothesis> hypotheses(const CoarseGrid& grid);
 
+/// How many cells cover each range, and all of them together (as floating-point numbers: they may be very many).
+struct GridSize {
+  double angles = 1.0;
+  double scales_x = 1.0;
+  double scales_y = 1.0;  ///< 1 where both axes have a common scale
+  [[nodiscard]] double hypotheses() const { return angles * scales_x * scales_y; }
+};
+/// The size of what hypotheses() gives, without making it.
+[[nodiscard]] GridSize size_of(const CoarseGrid& grid);
+
 /// Centres of equal cells that cover the range, none wider than `step`; the middle alone where nothing is searched.
 [[nodiscard]] std::vector<double> cell_centres(const Range& range, double step);
 

@@ -115,6 +115,9 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
   constexpr int regions = 8;
   constexpr std::size_t all_regions = std::size_t{regions} * regions;
   std::vector<std::size_t> share(all_regions, 0);
+  bool moves_only = !freedom.angle && !freedom.scale_x && !freedom.scale_y && !freedom.common_scale;
+  constexpr double more_than_share = 1.1;
+  std::vector<double> quota;
   std::vector<char> used(n, 0);
   std::vector<double> worth(n);
   std::vector<std::size_t> order(n);
@@ -129,12 +132,22 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(),
               [&](std::size_t a, std::size_t b) { return worth[a] != worth[b] ? worth[a] > worth[b] : a < b; });
+    if (moves_only && quota.empty()) {
+      double total = 0.0;
+      quota.assign(all_regions, 0.0);
+      for (std::size_t i = 0; i < n; ++i) {
+        quota[places.region(candidates[i], regions)] += worth[i];
+        total += worth[i];
+      }
+      for (double& each : quota) each = std::max(1.0, more_than_share * static_cast<double>(count) * each / total);
+    }
     std::size_t added = 0;
     const std::size_t even_share = (chosen.size() + batch) / all_regions + 1;
     for (const std::size_t i : order) {
       if (added == batch || chosen.size() == count || worth[i] < 0.0) break;
       const std::size_t region = places.region(candidates[i], regions);
       if (spread && share[region] >= even_share) continue;
+      if (!quota.empty() && static_cast<double>(share[region]) >= quota[region]) continue;
       if (!places.free(candidates[i])) continue;
       places.take(candidates[i]);
       used[i] = 1;
@@ -145,8 +158,11 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
       ++added;
     }
     if (added == 0) {
-      if (!spread) break;
-      spread = false;  // every region that has points has given its share
+      if (!spread && quota.empty()) break;
+      // Every region that has points has given its share.
+      spread = false;
+      moves_only = false;
+      quota.clear();
     }
   }
   return chosen;

@@ -70,6 +70,7 @@ Json json_of(const Pattern& p) {
           {"report",
            {{"training_ms", p.report.training_ms},
             {"impostor_score", p.report.impostor_score},
+            {"impostor", p.report.impostor},
             {"noise_sigma", p.report.noise_sigma},
             {"sigma_x", p.report.sigma_x},
             {"sigma_y", p.report.sigma_y},
@@ -98,6 +99,7 @@ class ModelReader {
     if (!json_.is_object() || !json_.contains(key)) fail(key, "is missing");
     return json_.at(key);
   }
+  [[nodiscard]] bool has(const std::string& key) const { return json_.is_object() && json_.contains(key); }
   [[nodiscard]] double number(const std::string& key, double least, double most) const {
     const Json& value = at(key);
     if (!value.is_number()) fail(key, "is not a number");
@@ -227,9 +229,17 @@ Pattern pattern_from(const Json& json, const std::string& path) {
   if ((p.scale_x.searched() || p.scale_y.searched()) && p.scale_step < 0.005) {
     r.fail("scale_step", "is too fine (allowed: 0.005 or more)");
   }
+  const GridSize grid = size_of({p.angle_deg, p.scale_x, p.scale_y, p.common_scale, p.angle_step_deg, p.scale_step});
+  if (grid.hypotheses() > static_cast<double>(most_hypotheses)) {
+    r.fail(
+        "angle_step_deg",
+        fmt::format("and the others of the coarse search ask for {:.0f} turned and scaled copies (allowed: up to {})",
+                    grid.hypotheses(), most_hypotheses));
+  }
   const ModelReader report = r.inside("report");
   p.report.training_ms = report.number("training_ms", 0.0, far);
   p.report.impostor_score = report.number("impostor_score", -1.0, 1.01);
+  if (report.has("impostor")) p.report.impostor = report.text("impostor");  // earlier models lack it
   p.report.noise_sigma = report.number("noise_sigma", 0.0, far);
   p.report.sigma_x = report.number("sigma_x", 0.0, far);
   p.report.sigma_y = report.number("sigma_y", 0.0, far);

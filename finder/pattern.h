@@ -58,9 +58,11 @@ struct PatternImage {
 /// What training measured about the pattern.
 struct TrainReport {
   double training_ms = 0.0;
-  double impostor_score = 0.0;  ///< best score of anything but the pattern in the training and `against` scenes
-  double noise_sigma = 0.0;     ///< grey levels (of 255), estimated from the training image
-  double sigma_x = 0.0;         ///< expected standard deviations at an image noise of 2 grey levels (of 255)
+  /// Best score of anything but the pattern: in the training and `against` scenes, and of the pattern itself turned.
+  double impostor_score = 0.0;
+  std::string impostor;      ///< where that was, in words: "turned by 90 degrees"; empty where nothing is alike
+  double noise_sigma = 0.0;  ///< grey levels (of 255), estimated from the training image
+  double sigma_x = 0.0;      ///< expected standard deviations at an image noise of 2 grey levels (of 255)
   double sigma_y = 0.0;
   double sigma_angle_deg = 0.0;
   std::vector<std::string> warnings;  ///< plain sentences that name the direction that cannot be told

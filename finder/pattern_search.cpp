@@ -304,7 +304,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   const Level& top = scene.pyramid->smoothed(p.top_level);
   task.projection = {scene.mapping, &top, p.pitch};
   task.polarity = p.polarity;
-  task.threshold = static_cast<float>(0.5 * options.min_score);
+  task.threshold = static_cast<float>(options.coarse_score.value_or(0.5 * options.min_score));
   task.most = 48 + 12 * std::min<std::size_t>(wanted, 30);
   task.places = wanted;
   std::optional<Roi> region = options.region;

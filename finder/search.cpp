@@ -19,6 +19,7 @@ void check(const SearchOptions& options) {
       throw UsageError(fmt::format("{} {} is out of range (allowed: 0 to 1)", key, value));
   };
   part("min_score", options.min_score);
+  if (options.coarse_score) part("coarse_score", *options.coarse_score);
   part("max_overlap", options.max_overlap);
   if (options.max_instances < 0) {
     throw UsageError(

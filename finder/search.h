@@ -15,7 +15,10 @@ namespace vsfind {
 
 /// What is asked of a search. Checked once, by Finder's constructor.
 struct SearchOptions {
-  double min_score = 0.6;          ///< 0 … 1: weaker ones are not reported
+  double min_score = 0.6;  ///< 0 … 1: weaker ones are not reported
+  /// 0 … 1, coarse acceptance: candidates of the exhaustive search that correlate less are not followed. Else half of
+  /// min_score.
+  std::optional<double> coarse_score;
   int max_instances = 1;           ///< 0: all
   double max_overlap = 0.5;        ///< 0 … 1: part of the smaller outline that two instances may share
   std::optional<Roi> region;       ///< frame pixels in which the origin is looked for; else the whole picture
@@ -41,7 +44,7 @@ struct Match {
 /// What one search found of one pattern, best first.
 struct PatternMatches {
   std::vector<Match> matches;
-  bool timed_out = false;
+  bool timed_out = false;  ///< timeout_ms ran out: candidates are left that nobody has looked at
 };
 
 /// Searches pictures for one or several patterns; keeps its scratch memory between calls. Not for use by two threads

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "finder/coarse_search.h"
+#include "finder/telling_places.h"
 
 namespace vsfind {
 
@@ -64,6 +65,7 @@ class Chooser {
     if (candidates_.size() < least_points) return result_;
     collect_genuine();
     own_copies();
+    collect_strangers();
     std::vector<std::size_t> chosen = greedy();
     // The second and third choice know what the one before mistook for the pattern.
     for (int round = 0; round < 2; ++round) {
@@ -203,7 +205,7 @@ class Chooser {
         Pose pose = scene_.pose();
         pose.x += scene_.pitch() * step_ * reach * std::cos(a);
         pose.y += scene_.pitch() * step_ * reach * std::sin(a);
-        add_impostor(level_, scene_.mapping(), pose);
+        add_impostor(level_, scene_.mapping(), pose, impostors_);
       }
     }
     const CoarseGrid& grid = result_.grid;
@@ -211,40 +213,97 @@ class Chooser {
       for (const double steps : {-3.0, -2.0, 2.0, 3.0}) {
         Pose pose = scene_.pose();
         pose.angle_deg += steps * grid.angle_step_deg;
-        add_impostor(level_, scene_.mapping(), pose);
+        add_impostor(level_, scene_.mapping(), pose, impostors_);
       }
     }
   }
 
-  void add_impostor(const Level& level, const Mapping& mapping, const Pose& pose) {
-    std::vector<float> view = read(level, mapping, pose);
-    // Outside the picture nobody knows what there is: the pattern's own mean is neutral.
+  /// Outside the picture nobody knows what there is: the pattern's own mean is neutral.
+  [[nodiscard]] std::vector<float> whole(std::vector<float> view) const {
     float mean = 0.0F;
     for (const float value : values_) mean += value;
     mean /= static_cast<float>(values_.size());
     for (float& value : view) {
       if (std::isnan(value)) value = mean;
     }
-    // What all points together cannot tell from the pattern, no choice of points will.
-    float i = 0.0F;
-    float ii = 0.0F;
-    float it = 0.0F;
+    return view;
+  }
+
+  /// Of all candidates together.
+  [[nodiscard]] float whole_score(const std::vector<float>& view) const {
+    Sums seen;
     float t = 0.0F;
     float tt = 0.0F;
     for (std::size_t k = 0; k < view.size(); ++k) {
-      i += view[k];
-      ii += view[k] * view[k];
-      it += view[k] * values_[k];
+      seen.i += view[k];
+      seen.ii += view[k] * view[k];
+      seen.it += view[k] * values_[k];
       t += values_[k];
       tt += values_[k] * values_[k];
     }
-    const float score = score_of(static_cast<float>(view.size()), i, ii, it, t, tt);
-    constexpr float hopeless = 0.9F;
-    if (score < hopeless) impostors_.push_back(std::move(view));
+    return score_of(static_cast<float>(view.size()), seen.i, seen.ii, seen.it, t, tt);
   }
 
-  /// What the points chosen so far mistake for the pattern, in the training scene and the scenes to tell it from.
-  void collect_impostors(const std::vector<std::size_t>& chosen) {
+  void add_impostor(const Level& level, const Mapping& mapping, const Pose& pose, Views& views) {
+    std::vector<float> view = whole(read(level, mapping, pose));
+    // What all points together cannot tell from the pattern, no choice of points will.
+    constexpr float hopeless = 0.9F;
+    if (whole_score(view) < hopeless) views.push_back(std::move(view));
+  }
+
+  /// What looks like the pattern in the scenes to tell it from, to points from all over it: the choice has not begun.
+  void collect_strangers() {
+    telling_.assign(candidates_.size(), 0);
+    std::vector<std::size_t> all_over;
+    const auto most = static_cast<double>(std::min<std::size_t>(candidates_.size(), most_coarse_points) / 2 * 2);
+    for (double i = 0.0; i < most; i += 1.0) {
+      all_over.push_back(static_cast<std::size_t>(i * static_cast<double>(candidates_.size()) / most));
+    }
+    for (const AgainstLevel& other : against_) {
+      const std::vector<CoarseCandidate> found = look_for(all_over, other.level, other.mapping);
+      for (const CoarseCandidate& each : found) add_impostor(other.level, other.mapping, each.pose, strangers_);
+      if (found.empty()) continue;
+      const std::vector<char> telling = telling_places(values_, likest(other, found));
+      for (std::size_t k = 0; k < telling_.size(); ++k) telling_[k] = std::max(telling_[k], telling[k]);
+    }
+    telling_places_ = static_cast<std::size_t>(std::count(telling_.begin(), telling_.end(), 1));
+  }
+
+  /// The view of another scene that all candidates together take for the pattern most: uphill from the best few.
+  [[nodiscard]] std::vector<float> likest(const AgainstLevel& other, const std::vector<CoarseCandidate>& found) const {
+    std::vector<float> best;
+    float best_score = -2.0F;
+    constexpr std::size_t few = 8;
+    for (std::size_t i = 0; i < std::min(few, found.size()); ++i) {
+      Pose pose = found[i].pose;
+      std::vector<float> view = whole(read(other.level, other.mapping, pose));
+      float score = whole_score(view);
+      for (double shift = scene_.pitch() * step_ / 2.0; shift > scene_.pitch() * step_ / 10.0;) {
+        bool better = false;
+        for (const auto& [dx, dy] : {std::pair(shift, 0.0), {-shift, 0.0}, {0.0, shift}, {0.0, -shift}}) {
+          Pose moved = pose;
+          moved.x += dx;
+          moved.y += dy;
+          std::vector<float> seen = whole(read(other.level, other.mapping, moved));
+          const float then = whole_score(seen);
+          if (then <= score) continue;
+          better = true;
+          score = then;
+          pose = moved;
+          view = std::move(seen);
+        }
+        if (!better) shift /= 2.0;
+      }
+      if (score > best_score) {
+        best_score = score;
+        best = std::move(view);
+      }
+    }
+    return best;
+  }
+
+  [[nodiscard]] std::vector<CoarseCandidate> look_for(const std::vector<std::size_t>& chosen, const Level& level,
+                                                      const Mapping& mapping) const {
     std::vector<PatternPoint> points;
     points.reserve(chosen.size());
     for (const std::size_t k : chosen) points.push_back(point(k));
@@ -252,25 +311,30 @@ class Chooser {
     const std::vector<Hypothesis> tried = hypotheses(result_.grid);
     ThreadPool here(1);
     CoarseSearch search;
+    CoarseTask task;
+    task.points = &coarse;
+    task.hypotheses = &tried;
+    task.projection = {&mapping, &level, scene_.pitch()};
+    task.threshold = 0.3F;
+    task.min_inside = 0.8F;
+    task.most = 150;
     std::vector<CoarseCandidate> found;
-    const auto scan = [&](const Level& level, const Mapping& mapping, bool own) {
-      CoarseTask task;
-      task.points = &coarse;
-      task.hypotheses = &tried;
-      task.projection = {&mapping, &level, scene_.pitch()};
-      task.threshold = 0.3F;
-      task.min_inside = 0.8F;
-      task.most = 150;
-      search.run(task, here, found);
-      for (const CoarseCandidate& candidate : found) {
-        const double away = std::hypot(candidate.pose.x - scene_.pose().x, candidate.pose.y - scene_.pose().y) /
-                            (scene_.pitch() * step_);
-        if (own && away < 2.5) continue;
-        add_impostor(level, mapping, candidate.pose);
+    search.run(task, here, found);
+    return found;
+  }
+
+  /// What the points chosen so far mistake for the pattern, in the training scene and the scenes to tell it from.
+  void collect_impostors(const std::vector<std::size_t>& chosen) {
+    for (const CoarseCandidate& candidate : look_for(chosen, level_, scene_.mapping())) {
+      const double away =
+          std::hypot(candidate.pose.x - scene_.pose().x, candidate.pose.y - scene_.pose().y) / (scene_.pitch() * step_);
+      if (away >= 2.5) add_impostor(level_, scene_.mapping(), candidate.pose, impostors_);
+    }
+    for (const AgainstLevel& other : against_) {
+      for (const CoarseCandidate& candidate : look_for(chosen, other.level, other.mapping)) {
+        add_impostor(other.level, other.mapping, candidate.pose, strangers_);
       }
-    };
-    scan(level_, scene_.mapping(), true);
-    for (const AgainstLevel& other : against_) scan(other.level, other.mapping, false);
+    }
   }
 
   /// Adds the point that keeps the pattern's own scores highest and all others lowest, until no point helps.
@@ -278,6 +342,7 @@ class Chooser {
     const std::size_t n = candidates_.size();
     std::vector<Sums> own(genuine_.size());
     std::vector<Sums> other(impostors_.size());
+    std::vector<Sums> stranger(strangers_.size());
     std::vector<std::size_t> chosen;
     std::vector<char> used(n, 0);
     float count = 0.0F;
@@ -299,16 +364,21 @@ class Chooser {
       };
       take(own, genuine_);
       take(other, impostors_);
+      take(stranger, strangers_);
     };
-    start(add);
+    start(add, used);
+    std::size_t telling = 0;
+    for (const std::size_t k : chosen) telling += telling_[k] != 0 ? 1 : 0;
     double before = 0.0;
     double last_gain = 1.0;
     while (chosen.size() < std::min(n, most_points)) {
       double best = -1e9;
       std::size_t which = n;
+      // At least half of the points lie where the pattern differs from what it must be told from, if there is room.
+      const bool half_telling = telling_places_ >= least_points / 2 && 2 * telling <= chosen.size();
       for (std::size_t k = 0; k < n; ++k) {
-        if (used[k] != 0) continue;
-        const double quality = quality_with(k, count, t, tt, own, other);
+        if (used[k] != 0 || (half_telling && telling_[k] == 0)) continue;
+        const double quality = quality_with(k, count, t, tt, own, other, stranger);
         if (quality > best) {
           best = quality;
           which = k;
@@ -316,6 +386,7 @@ class Chooser {
       }
       if (which == n) break;
       add(which);
+      telling += telling_[which] != 0 ? 1 : 0;
       last_gain = 0.8 * last_gain + 0.2 * std::max(0.0, best - before);
       before = best;
       constexpr double worth_a_point = 4e-4;
@@ -326,9 +397,10 @@ class Chooser {
     return chosen;
   }
 
-  /// A first handful: far apart, bright and dark by turns, and little moved by the steps of the grid.
+  /// A first handful: far apart, bright and dark by turns, little moved by the steps of the grid, and unlike what the
+  /// pattern must be told from.
   template <typename Add>
-  void start(Add add) {
+  void start(Add add, const std::vector<char>& used) {
     const std::size_t n = candidates_.size();
     std::vector<float> unrest(n, 0.0F);
     for (const std::vector<float>& view : genuine_) {
@@ -337,6 +409,7 @@ class Chooser {
     std::vector<float> sorted = values_;
     std::sort(sorted.begin(), sorted.end());
     const float middle = 0.5F * (sorted[n / 10] + sorted[n - 1 - n / 10]);
+    const float preferred = sorted[n - 1] - sorted[0];
     for (int quarter = 0; quarter < 4; ++quarter) {
       for (const bool bright : {true, false}) {
         std::size_t which = n;
@@ -344,9 +417,10 @@ class Chooser {
         for (std::size_t k = 0; k < n; ++k) {
           const bool right = candidates_[k].x() > scene_.left() + scene_.width() / 2.0;
           const bool lower = candidates_[k].y() > scene_.top() + scene_.height() / 2.0;
-          if ((right ? 1 : 0) + (lower ? 2 : 0) != quarter) continue;
+          if ((right ? 1 : 0) + (lower ? 2 : 0) != quarter || used[k] != 0) continue;
           const float contrast = bright ? values_[k] - middle : middle - values_[k];
-          const float worth = contrast - 2.0F * std::sqrt(unrest[k] / static_cast<float>(genuine_.size()));
+          const float worth = contrast + (telling_[k] != 0 ? preferred : 0.0F) -
+                              2.0F * std::sqrt(unrest[k] / static_cast<float>(genuine_.size()));
           if (worth > best) {
             best = worth;
             which = k;
@@ -358,7 +432,7 @@ class Chooser {
   }
 
   [[nodiscard]] double quality_with(std::size_t k, float count, float t, float tt, const std::vector<Sums>& own,
-                                    const std::vector<Sums>& other) const {
+                                    const std::vector<Sums>& other, const std::vector<Sums>& stranger) const {
     const float value = values_[k];
     const float n = count + 1.0F;
     const float new_t = t + value;
@@ -372,15 +446,20 @@ class Chooser {
       const float miss = 1.0F - score(own[m], genuine_[m][k]);
       lost += miss * miss * miss * miss;
     }
-    float taken = 0.0F;
-    for (std::size_t m = 0; m < other.size(); ++m) {
-      const float like = std::max(0.0F, score(other[m], impostors_[m][k]));
-      taken += like * like * like * like;
-    }
+    const auto taken = [&](const std::vector<Sums>& sums, const Views& views) {
+      float sum = 0.0F;
+      for (std::size_t m = 0; m < sums.size(); ++m) {
+        const float like = std::max(0.0F, score(sums[m], views[m][k]));
+        sum += like * like * like * like;
+      }
+      return sum;
+    };
     const auto mean = [](float sum, std::size_t size) {
       return size == 0 ? 0.0 : std::sqrt(std::sqrt(static_cast<double>(sum) / static_cast<double>(size)));
     };
-    return -mean(lost, own.size()) - mean(taken, other.size());
+    // What the pattern must be told from counts for more than its own copies: somebody has asked for it.
+    return -mean(lost, own.size()) - mean(taken(other, impostors_), other.size()) -
+           2.0 * mean(taken(stranger, strangers_), stranger.size());
   }
 
   void measure(const std::vector<std::size_t>& chosen) {
@@ -403,8 +482,10 @@ class Chooser {
     result_.best_impostor = 0.0;
     for (const std::vector<float>& view : genuine_)
       result_.worst_genuine = std::min(result_.worst_genuine, score(view));
-    for (const std::vector<float>& view : impostors_)
-      result_.best_impostor = std::max(result_.best_impostor, score(view));
+    for (const Views* views : {&impostors_, &strangers_}) {
+      for (const std::vector<float>& view : *views)
+        result_.best_impostor = std::max(result_.best_impostor, score(view));
+    }
   }
 
   const TrainingScene& scene_;
@@ -420,6 +501,9 @@ class Chooser {
   std::vector<float> values_;
   Views genuine_;
   Views impostors_;
+  Views strangers_;            ///< from the scenes to tell the pattern from
+  std::vector<char> telling_;  ///< the candidates that tell the pattern from the likest of them
+  std::size_t telling_places_ = 0;
   SearchPoints result_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <opencv2/imgcodecs.hpp>
 
@@ -157,7 +158,20 @@ TEST(ModelPicture, DrawsPointsAtTheirEnlargedPlaces) {
   PatternPoint fine;
   fine.x = 8.5;
   fine.y = -6.5;
-  pattern.sets = {{2, PointUse::search, {coarse}}, {0, PointUse::refine, {fine}}};
+  PatternPoint outermost;
+  outermost.x = 12.0;
+  outermost.y = 11.0;
+  PatternPoint followed;
+  followed.x = -5.0;
+  followed.y = -9.0;
+  PatternPoint verified;
+  verified.x = 3.0;
+  verified.y = 4.0;
+  pattern.sets = {{2, PointUse::search, {coarse}},
+                  {0, PointUse::refine, {fine}},
+                  {0, PointUse::outline, {outermost}},
+                  {1, PointUse::follow, {followed}},
+                  {0, PointUse::verify, {verified}}};
   int zoom = 0;
   const cv::Mat picture = model_picture(pattern, &zoom);
   ASSERT_EQ(zoom, 15);
@@ -174,6 +188,16 @@ TEST(ModelPicture, DrawsPointsAtTheirEnlargedPlaces) {
   EXPECT_GT(brightness(f), 200.0);                    // white + …
   EXPECT_GT(brightness(f + cv::Point(3, 0)), 150.0);
   EXPECT_LT(brightness(f + cv::Point(3, 3)), 105.0);  // … whose diagonal is not drawn
+  const auto colour = [&](const cv::Point& p) { return picture.at<cv::Vec3b>(p); };
+  const cv::Vec3b yellow = colour(place(12.0, 11.0));
+  EXPECT_GT(std::min(yellow[1], yellow[2]), yellow[0] + 60);
+  // The other uses in the picture to the right, and only there.
+  const cv::Point right(60 * zoom + 8, 0);
+  const cv::Vec3b red = colour(place(3.0, 4.0) + right);
+  EXPECT_GT(red[2], red[1] + 60);
+  EXPECT_EQ(colour(place(3.0, 4.0)), cv::Vec3b(100, 100, 100));
+  const cv::Vec3b side = colour(place(-5.0, -9.0) + right + cv::Point(3, 0));
+  EXPECT_GT(*std::max_element(side.val, side.val + 3) - *std::min_element(side.val, side.val + 3), 40);
 }
 
 }  // namespace

@@ -17,7 +17,7 @@ using test::TemporaryFolder;
 
 constexpr const char* header =
     "source,frame,timestamp_ns,field,model,status,instance,score,x,y,angle_deg,scale_x,scale_y,unit,image_x,image_y,"
-    "sigma_x,sigma_y,sigma_angle_deg,visible,polarity,search_ms,latency_ms";
+    "sigma_x,sigma_y,sigma_angle_deg,visible,polarity,search_ms,latency_ms,timed_out";
 
 ResultRow found_row() {
   ResultRow row;
@@ -39,6 +39,7 @@ ResultRow found_row() {
   row.unit = "mm";
   row.search_ms = 1.23456;
   row.latency_ms = 2.0;
+  row.timed_out = true;
   return row;
 }
 
@@ -53,24 +54,26 @@ TEST(CsvWriter, WritesHeaderAndRowsToTheLetter) {
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_EQ(lines[1],
             "a.y4m,18446744073709551615,-5,bottom,part,found,2,0.98765,100.000120,0.000000,-12.345679,1.0000001,"
-            "0.5000000,mm,99.50000,40.25000,0.000120,0.500000,0.001000,0.7500,reversed,1.235,2.000");
+            "0.5000000,mm,99.50000,40.25000,0.000120,0.500000,0.001000,0.7500,reversed,1.235,2.000,1");
 }
 
 TEST(CsvWriter, LeavesThePoseEmptyWhereNothingIsFound) {
   const TemporaryFolder folder;
   ResultRow row = found_row();
   row.status = RowStatus::not_found;
+  row.timed_out = false;
   ResultRow bad = found_row();
   bad.status = RowStatus::bad_frame;
   bad.search_ms.reset();
+  bad.timed_out = false;
   {
     CsvWriter writer(folder / "r.csv");
     writer.write(row);
     writer.write(bad);
   }
   const auto lines = lines_of(read_file(folder / "r.csv"));
-  EXPECT_EQ(lines[1], "a.y4m,18446744073709551615,-5,bottom,part,not_found,,,,,,,,,,,,,,,,1.235,2.000");
-  EXPECT_EQ(lines[2], "a.y4m,18446744073709551615,-5,bottom,part,bad_frame,,,,,,,,,,,,,,,,,2.000");
+  EXPECT_EQ(lines[1], "a.y4m,18446744073709551615,-5,bottom,part,not_found,,,,,,,,,,,,,,,,1.235,2.000,0");
+  EXPECT_EQ(lines[2], "a.y4m,18446744073709551615,-5,bottom,part,bad_frame,,,,,,,,,,,,,,,,,2.000,0");
 }
 
 TEST(CsvWriter, QuotesTextsAndKeepsToUtf8) {
@@ -110,6 +113,7 @@ TEST(JsonlWriter, HasTheColumnsOfTheCsvInTheirOrder) {
   row.source = "bad\xff.png";
   ResultRow none = found_row();
   none.status = RowStatus::not_found;
+  none.timed_out = false;
   {
     JsonlWriter writer(folder / "r.jsonl");
     writer.write(row);
@@ -128,12 +132,14 @@ TEST(JsonlWriter, HasTheColumnsOfTheCsvInTheirOrder) {
   EXPECT_EQ(object["angle_deg"], -12.345679);
   EXPECT_EQ(object["instance"], 2);
   EXPECT_EQ(object["polarity"], "reversed");
+  EXPECT_EQ(object["timed_out"], true);
   const auto missing = nlohmann::ordered_json::parse(lines[1]);
   EXPECT_EQ(missing["status"], "not_found");
   for (const char* key : {"instance", "score", "x", "unit", "polarity", "visible"}) {
     EXPECT_TRUE(missing[key].is_null()) << key;
   }
   EXPECT_EQ(missing["search_ms"], 1.235);
+  EXPECT_EQ(missing["timed_out"], false);
 }
 
 TEST(OutputFile, FailuresNameFileAndReason) {

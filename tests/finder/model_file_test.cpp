@@ -111,6 +111,17 @@ TEST_F(ModelFile, EveryBadValueIsNamed) {
   EXPECT_THAT(complaint(), testing::HasSubstr("'pattern.pitch' is missing"));
   write(changed("\"width\":98", "\"width\":999999999"));
   EXPECT_THAT(complaint(), testing::HasSubstr("image.width"));
+  // Few characters that would make the search try hundreds of millions of copies.
+  std::string wide = changed("\"angle_deg\":[-12.5,30.0]", "\"angle_deg\":[-180.0,180.0]");
+  for (const auto& [from, to] : {std::pair("\"scale_x\":[1.0,1.0]", "\"scale_x\":[0.5,2.0]"),
+                                 {"\"scale_y\":[1.0,1.0]", "\"scale_y\":[0.5,2.0]"},
+                                 {"\"scale_step\":0.0", "\"scale_step\":0.005"}}) {
+    const auto at = wide.find(from);
+    ASSERT_NE(at, std::string::npos) << from;
+    wide.replace(at, std::string_view(from).size(), to);
+  }
+  write(wide);
+  EXPECT_THAT(complaint(), testing::AllOf(testing::HasSubstr("angle_step_deg"), testing::HasSubstr("up to 65535")));
   write("[1,2,3]");
   EXPECT_THAT(complaint(), testing::HasSubstr("no vsfind model"));
   write(std::string(100000, '['));
