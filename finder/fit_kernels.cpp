@@ -6,6 +6,7 @@
 #include <hwy/contrib/math/math-inl.h>
 #include <hwy/highway.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "finder/fit_kernels.h"
@@ -239,43 +240,70 @@ void tukey_weights(const float* residual, const float* inside, float inverse_cut
   }
 }
 
-/// Up to four entries of one row at a time, so that they stay in registers.
-template <int number>
-void row_entries(const float* row, const float* const* columns, const float* weight, int count, double* out) {
+/// Entries of one or two rows and up to four columns at a time, so that all their sums stay in registers.
+template <int rows, int number>
+void some_entries(const float* const* row, const float* const* columns, const float* weight, int count,
+                  double out[2][4]) {
   const Floats floats;
-  auto a = hn::Zero(floats);
-  auto b = a;
-  auto c = a;
-  auto d = a;
+  Vector a[2] = {hn::Zero(floats), hn::Zero(floats)};
+  Vector b[2] = {a[0], a[0]};
+  Vector c[2] = {a[0], a[0]};
+  Vector d[2] = {a[0], a[0]};
   for (int i = 0; i < padded(count); i += lanes()) {
-    const auto wr = hn::Mul(hn::LoadU(floats, weight + i), hn::LoadU(floats, row + i));
-    a = hn::MulAdd(wr, hn::LoadU(floats, columns[0] + i), a);
-    if constexpr (number > 1) b = hn::MulAdd(wr, hn::LoadU(floats, columns[1] + i), b);
-    if constexpr (number > 2) c = hn::MulAdd(wr, hn::LoadU(floats, columns[2] + i), c);
-    if constexpr (number > 3) d = hn::MulAdd(wr, hn::LoadU(floats, columns[3] + i), d);
+    const auto w = hn::LoadU(floats, weight + i);
+    const auto first = hn::Mul(w, hn::LoadU(floats, row[0] + i));
+    auto second = first;
+    if constexpr (rows > 1) second = hn::Mul(w, hn::LoadU(floats, row[1] + i));
+    const auto add = [&](const float* column, Vector sum[2]) {
+      const auto value = hn::LoadU(floats, column + i);
+      sum[0] = hn::MulAdd(first, value, sum[0]);
+      if constexpr (rows > 1) sum[1] = hn::MulAdd(second, value, sum[1]);
+    };
+    add(columns[0], a);
+    if constexpr (number > 1) add(columns[1], b);
+    if constexpr (number > 2) add(columns[2], c);
+    if constexpr (number > 3) add(columns[3], d);
   }
   const auto total = [&](const Vector& v) { return static_cast<double>(hn::GetLane(hn::SumOfLanes(floats, v))); };
-  out[0] = total(a);
-  if constexpr (number > 1) out[1] = total(b);
-  if constexpr (number > 2) out[2] = total(c);
-  if constexpr (number > 3) out[3] = total(d);
+  for (int r = 0; r < rows; ++r) {
+    out[r][0] = total(a[r]);
+    if constexpr (number > 1) out[r][1] = total(b[r]);
+    if constexpr (number > 2) out[r][2] = total(c[r]);
+    if constexpr (number > 3) out[r][3] = total(d[r]);
+  }
+}
+
+template <int rows>
+void some_rows(const float* const* row, const float* const* columns, int number, const float* weight, int count,
+               double out[2][4]) {
+  switch (number) {
+    case 1:
+      return some_entries<rows, 1>(row, columns, weight, count, out);
+    case 2:
+      return some_entries<rows, 2>(row, columns, weight, count, out);
+    case 3:
+      return some_entries<rows, 3>(row, columns, weight, count, out);
+    default:
+      return some_entries<rows, 4>(row, columns, weight, count, out);
+  }
 }
 
 void normal_equations(const float* const* columns, int number, const float* weight, int count, double* lower) {
-  for (int r = 0; r < number; ++r) {
-    for (int s = 0; s <= r; s += 4) {
-      const int left = r + 1 - s;
-      if (left >= 4) {
-        row_entries<4>(columns[r], columns + s, weight, count, lower + s);
-      } else if (left == 3) {
-        row_entries<3>(columns[r], columns + s, weight, count, lower + s);
-      } else if (left == 2) {
-        row_entries<2>(columns[r], columns + s, weight, count, lower + s);
+  for (int r = 0; r < number; r += 2) {
+    const int rows = std::min(2, number - r);
+    double* to[2] = {lower + r * (r + 1) / 2, lower + (r + 1) * (r + 2) / 2};
+    for (int s = 0; s < r + rows; s += 4) {
+      const int wide = std::min(4, r + rows - s);
+      double entries[2][4];
+      if (rows == 2) {
+        some_rows<2>(columns + r, columns + s, wide, weight, count, entries);
       } else {
-        row_entries<1>(columns[r], columns + s, weight, count, lower + s);
+        some_rows<1>(columns + r, columns + s, wide, weight, count, entries);
+      }
+      for (int i = 0; i < rows; ++i) {
+        for (int k = 0; k < std::min(wide, r + i + 1 - s); ++k) to[i][s + k] = entries[i][k];
       }
     }
-    lower += r + 1;
   }
 }
 
