@@ -281,8 +281,7 @@ float CoarseSearch::correlation(const CoarseTask& task, const Copy& copy, int u,
   const std::uint8_t* at = plane_row(v) + u;
   const kernels::SparsePoints sparse{copy.offsets.data(), copy.du.data(), copy.dv.data(), points.weight.data(),
                                      points.size()};
-  const kernels::SparseSums sums =
-      kernels::sums_inside(at, sparse, -u, width_ - 1 - u, -v, height_ - 1 - v);
+  const kernels::SparseSums sums = kernels::sums_inside(at, sparse, -u, width_ - 1 - u, -v, height_ - 1 - v);
   const auto n = static_cast<float>(sums.count);
   if (n < std::max(4.0F, task.min_inside * static_cast<float>(points.size()))) return 0.0F;
   const auto sum = static_cast<float>(sums.pixels);

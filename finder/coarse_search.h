@@ -126,9 +126,9 @@ class CoarseSearch {
   std::ptrdiff_t stride_ = 0;
   std::vector<int> left_, right_, edge_, running_;  // scratch of prepare_plane()
   int row_ = 0;                                     // entries of a row of the two arrays below
-  std::vector<std::int16_t> scores_;                // of the best hypothesis at each position, rows from −1 to height_
-  std::vector<std::uint16_t> which_;                // the best hypothesis
-  std::vector<std::uint16_t> columns_;              // scratch of second_pass()
+  std::vector<std::int16_t> scores_;    // of the best hypothesis at each position, rows from −1 to height_
+  std::vector<std::uint16_t> which_;    // the best hypothesis
+  std::vector<std::uint16_t> columns_;  // scratch of second_pass()
   std::vector<Peak> peaks_;
   std::vector<Peak> ways_, more_;  // scratch of other_ways()
 };

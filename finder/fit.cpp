@@ -12,7 +12,8 @@ namespace vsfind {
 
 namespace {
 
-constexpr int most_columns = kernels::most_columns - 1;  // gain, offset, a, b, angle, two scales, blur, four of shading
+constexpr int most_columns =
+    kernels::most_columns - 1;  // gain, offset, a, b, angle, two scales, three of blur, four of shading
 constexpr double degrees = 180.0 / std::numbers::pi;
 
 /// Which columns of the system are in use, and what they stand for. Angle and scales are in pattern pixels at the
@@ -34,6 +35,10 @@ struct Layout {
     if (freedom.scale_y && !freedom.common_scale) scale_y = add(points.gy_y.data());
     first_nuisance = count;
     if (freedom.blur) add(points.laplacian.data());
+    if (freedom.directional_blur) {
+      add(points.stretch.data());
+      add(points.shear.data());
+    }
     if (freedom.shading) {
       for (const auto* each : {&points.ramp_x, &points.ramp_y, &points.value_ramp_x, &points.value_ramp_y}) {
         add(each->data());

@@ -21,9 +21,10 @@ struct Freedom {
   bool angle = false;
   bool scale_x = false;
   bool scale_y = false;
-  bool common_scale = false;  ///< scale_x and scale_y move as one
-  bool blur = false;          ///< a difference in sharpness is fitted too (first order), and not reported
-  bool shading = false;       ///< gain and offset that change linearly over the pattern are fitted, and not reported
+  bool common_scale = false;      ///< scale_x and scale_y move as one
+  bool blur = false;              ///< a difference in sharpness is fitted too (first order), and not reported
+  bool directional_blur = false;  ///< with blur: the difference may depend on the direction, as a slant makes it
+  bool shading = false;  ///< gain and offset that change linearly over the pattern are fitted, and not reported
 };
 
 /// image = gain · pattern + offset.

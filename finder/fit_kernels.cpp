@@ -268,8 +268,7 @@ struct RowEntries {
 
 /// Up to three rows of four entries at a time: as much as the registers hold, so that sums do not wait for each other.
 template <int rows>
-void entries_of(const float* const* row, const float* const* column, const float* weight, int count,
-                double out[3][4]) {
+void entries_of(const float* const* row, const float* const* column, const float* weight, int count, double out[3][4]) {
   const Floats floats;
   RowEntries x;
   RowEntries y;

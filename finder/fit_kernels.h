@@ -14,7 +14,7 @@ inline constexpr int fit_block = 8;
 [[nodiscard]] constexpr int padded(int count) { return (count + fit_block - 1) / fit_block * fit_block; }
 
 /// Most columns of normal_equations(), the target among them.
-inline constexpr int most_columns = 13;
+inline constexpr int most_columns = 15;
 
 /// A picture read around one of its pixels, which is (0,0) of the coordinates here: single precision holds a
 /// thousandth of a pixel only near zero.

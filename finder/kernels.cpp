@@ -127,8 +127,8 @@ HWY_INLINE void keep_better(Dots dots, Polarity polarity, const std::int16_t* fa
   const auto better = hn::Gt(scores, before);
   hn::StoreU(hn::IfThenElse(better, scores, before), words, best);
   const auto other = hn::LoadU(unsigned_words, which);
-  hn::StoreU(hn::IfThenElse(hn::RebindMask(unsigned_words, better), hn::Set(unsigned_words, id), other),
-             unsigned_words, which);
+  hn::StoreU(hn::IfThenElse(hn::RebindMask(unsigned_words, better), hn::Set(unsigned_words, id), other), unsigned_words,
+             which);
 }
 
 /// One to three blocks of positions at a time, so that weights and offsets are fetched once for all.
@@ -253,7 +253,8 @@ SparseSums sums_inside(const std::uint8_t* base, const SparsePoints& points, int
     const auto p = hn::IfThenZeroElse(outside, hn::PromoteTo(words, hn::LoadU(bytes, pixels + i)));
     const auto w = hn::IfThenZeroElse(outside, hn::LoadU(words, points.weights + i));
     auto in = hn::IfThenZeroElse(outside, one);
-    if (i + lanes > points.count) in = hn::IfThenElseZero(hn::FirstN(words, points.count > i ? static_cast<std::size_t>(points.count - i) : 0), in);
+    if (i + lanes > points.count)
+      in = hn::IfThenElseZero(hn::FirstN(words, points.count > i ? static_cast<std::size_t>(points.count - i) : 0), in);
     counts = hn::Add(counts, in);
     sum = hn::Add(sum, p);
     squares = hn::ReorderWidenMulAccumulate(ints, p, p, squares, more_squares);

@@ -19,6 +19,8 @@ struct PatternPoint {
   float gradient_x = 0.0F;  ///< of the value, per pattern pixel of full resolution
   float gradient_y = 0.0F;
   float laplacian = 0.0F;  ///< of the value, per square pattern pixel; 0 where it is not used
+  float stretch = 0.0F;  ///< ∂²/∂x² − ∂²/∂y², likewise; not kept in model files, PreparedPattern finds it anew
+  float shear = 0.0F;  ///< 2·∂²/∂x∂y
 };
 
 /// What a point set is for.

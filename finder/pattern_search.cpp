@@ -47,6 +47,12 @@ bool in_region(const SearchOptions& options, const Eigen::Vector2d& frame) {
          frame.y() < r.y + r.height - 0.5;
 }
 
+/// Whether optics that blur the picture evenly may blur the plane more in one direction than in another.
+bool blurs_by_direction(const Mapping& mapping) {
+  constexpr double square = 0.02;  // a difference that is lost in the noise
+  return !mapping.affine() || std::abs(mapping.pixel_aspect() - 1.0) > square;
+}
+
 }  // namespace
 
 void PatternSearch::climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate) {
@@ -212,10 +218,11 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   FitOptions options;
   options.freedom = prepared.fine_freedom();
   options.freedom.shading = false;
+  options.freedom.directional_blur = blurs_by_direction(*scene.mapping);
   options.trusted = prepared.trusted;
   options.polarity = p.polarity;
   options.iterations = 8;
-  options.step_tolerance = 3e-4;
+  options.step_tolerance = 1e-3;
   options.covariance = true;
   options.try_shading = true;
   match.pose = candidate.pose;
@@ -235,14 +242,19 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
       match.pose = pose;
     }
   }
-  if (fit.ok && scene.mapping->field() != Field::frame && !p.from_field && !p.edges) {
+  bool independent = false;
+  if (fit.ok && scene.mapping->field() != Field::frame && !p.from_field && !p.edges &&
+      FieldFit::pays(projection, match.pose)) {
     FitOptions on_lines = options;
     on_lines.try_shading = false;
+    on_lines.start = {fit.gain, fit.offset};
+    on_lines.first_iteration = 2;
     Pose pose = match.pose;
     const FitResult polished =
         field_fit_.fit(prepared.spline, prepared.refine, scene.image, projection, on_lines, fit_, pose);
     if (polished.ok) {
       fit = polished;
+      independent = true;
       match.pose = pose;
     }
   }
@@ -268,6 +280,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
     const FitResult dense = fit_.fit(prepared.verify, projection, reader, all, whole.pose);
     if (dense.ok && in_range(prepared, whole.pose)) {
       fit = dense;
+      independent = false;
       match = whole;
       view = look(prepared, projection, reader, match);
     }
@@ -281,7 +294,11 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
   const Eigen::Matrix<double, 5, 1> sigma =
-      (fit.covariance.diagonal().cwiseProduct(prepared.inflation)).cwiseMax(0.0).cwiseSqrt() * fit.residual;
+      fit.covariance.diagonal()
+          .cwiseProduct(independent ? Eigen::Matrix<double, 5, 1>::Ones() : prepared.inflation)
+          .cwiseMax(0.0)
+          .cwiseSqrt() *
+      fit.residual;
   const double angle = match.pose.angle_deg * std::numbers::pi / 180.0;
   const double along = sigma(0) * match.pose.scale_x * p.pitch;
   const double across = sigma(1) * match.pose.scale_y * p.pitch;

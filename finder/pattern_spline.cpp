@@ -82,7 +82,9 @@ bool PatternSpline::read(double x, double y, PatternPoint& point) const {
   double value = 0.0;
   double gx = 0.0;
   double gy = 0.0;
-  double laplacian = 0.0;
+  double xx = 0.0;
+  double yy = 0.0;
+  double xy = 0.0;
   for (int j = 0; j < 4; ++j) {
     const float* row = coefficients_.data() + static_cast<std::ptrdiff_t>(top - 1 + j) * width_ + (left - 1);
     double line = 0.0;
@@ -97,14 +99,18 @@ bool PatternSpline::read(double x, double y, PatternPoint& point) const {
     value += wy.value[j] * line;
     gx += wy.value[j] * slope;
     gy += wy.slope[j] * line;
-    laplacian += wy.value[j] * bend + wy.bend[j] * line;
+    xx += wy.value[j] * bend;
+    yy += wy.bend[j] * line;
+    xy += wy.slope[j] * slope;
   }
   point.x = x;
   point.y = y;
   point.value = static_cast<float>(value);
   point.gradient_x = static_cast<float>(gx);
   point.gradient_y = static_cast<float>(gy);
-  point.laplacian = static_cast<float>(laplacian);
+  point.laplacian = static_cast<float>(xx + yy);
+  point.stretch = static_cast<float>(xx - yy);
+  point.shear = static_cast<float>(2.0 * xy);
   return true;
 }
 

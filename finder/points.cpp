@@ -8,48 +8,56 @@
 
 namespace vsfind {
 
-PointArrays::PointArrays(const std::vector<PatternPoint>& points) : count(static_cast<int>(points.size())) {
+void PointArrays::assign(const std::vector<PatternPoint>& points) {
+  count = static_cast<int>(points.size());
   const auto n = static_cast<double>(std::max(1, count));
+  mean = contrast = 0.0;
+  radius = 1.0;
+  middle.setZero();
   for (const PatternPoint& point : points) {
     mean += static_cast<double>(point.value) / n;
     middle += Eigen::Vector2d(point.x, point.y) / n;
-    radius = std::max(radius, std::hypot(point.x, point.y));
+    radius = std::max(radius, point.x * point.x + point.y * point.y);
   }
+  radius = std::sqrt(radius);
   for (const PatternPoint& point : points) {
     const double off = static_cast<double>(point.value) - mean;
     contrast += off * off / n;
   }
   contrast = std::sqrt(contrast);
-  const auto add = [](std::vector<float>& to, double number) { to.push_back(static_cast<float>(number)); };
-  for (const PatternPoint& point : points) {
+  const auto padded = static_cast<std::size_t>(kernels::padded(count));
+  for (std::vector<double>* each : {&x, &y}) each->assign(padded, 0.0);
+  for (std::vector<float>* each :
+       {&near_x, &near_y, &value, &one, &gradient_x, &gradient_y, &laplacian, &stretch, &shear, &gx_x, &gx_y, &gy_x,
+        &gy_y, &ramp_x, &ramp_y, &value_ramp_x, &value_ramp_y}) {
+    each->assign(padded, 0.0F);
+  }
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const PatternPoint& point = points[k];
     const auto gx = static_cast<double>(point.gradient_x);
     const auto gy = static_cast<double>(point.gradient_y);
     const double off = static_cast<double>(point.value) - mean;
     const double part_x = point.x / radius;
     const double part_y = point.y / radius;
-    x.push_back(point.x);
-    y.push_back(point.y);
-    add(near_x, point.x - middle.x());
-    add(near_y, point.y - middle.y());
-    add(value, off);
-    add(one, 1.0);
-    add(gradient_x, gx);
-    add(gradient_y, gy);
-    add(laplacian, static_cast<double>(point.laplacian));
-    add(gx_x, gx * part_x);
-    add(gx_y, gx * part_y);
-    add(gy_x, gy * part_x);
-    add(gy_y, gy * part_y);
-    add(ramp_x, part_x);
-    add(ramp_y, part_y);
-    add(value_ramp_x, off * part_x);
-    add(value_ramp_y, off * part_y);
-  }
-  const auto padded = static_cast<std::size_t>(kernels::padded(count));
-  for (std::vector<double>* each : {&x, &y}) each->resize(padded, 0.0);
-  for (std::vector<float>* each : {&near_x, &near_y, &value, &one, &gradient_x, &gradient_y, &laplacian, &gx_x, &gx_y,
-                                   &gy_x, &gy_y, &ramp_x, &ramp_y, &value_ramp_x, &value_ramp_y}) {
-    each->resize(padded, 0.0F);
+    x[k] = point.x;
+    y[k] = point.y;
+    near_x[k] = static_cast<float>(point.x - middle.x());
+    near_y[k] = static_cast<float>(point.y - middle.y());
+    value[k] = static_cast<float>(off);
+    one[k] = 1.0F;
+    gradient_x[k] = point.gradient_x;
+    gradient_y[k] = point.gradient_y;
+    laplacian[k] = point.laplacian;
+    stretch[k] = point.stretch;
+    shear[k] = point.shear;
+    gx_x[k] = static_cast<float>(gx * part_x);
+    gx_y[k] = static_cast<float>(gx * part_y);
+    gy_x[k] = static_cast<float>(gy * part_x);
+    gy_y[k] = static_cast<float>(gy * part_y);
+    ramp_x[k] = static_cast<float>(part_x);
+    ramp_y[k] = static_cast<float>(part_y);
+    value_ramp_x[k] = static_cast<float>(off * part_x);
+    value_ramp_y[k] = static_cast<float>(off * part_y);
   }
 }
 

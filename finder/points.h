@@ -25,7 +25,9 @@ struct PointArrays {
   std::vector<float> gradient_x;
   std::vector<float> gradient_y;
   std::vector<float> laplacian;
-  std::vector<float> gx_x;  ///< gradient_x · x / radius, and so on
+  std::vector<float> stretch;  ///< ∂²/∂x² − ∂²/∂y² of the value
+  std::vector<float> shear;    ///< 2·∂²/∂x∂y
+  std::vector<float> gx_x;     ///< gradient_x · x / radius, and so on
   std::vector<float> gx_y;
   std::vector<float> gy_x;
   std::vector<float> gy_y;
@@ -38,7 +40,9 @@ struct PointArrays {
   double radius = 1.0;    ///< of the farthest point from the origin
 
   PointArrays() = default;
-  explicit PointArrays(const std::vector<PatternPoint>& points);
+  explicit PointArrays(const std::vector<PatternPoint>& points) { assign(points); }
+  /// The same in the memory that is there.
+  void assign(const std::vector<PatternPoint>& points);
 };
 
 /// Where points fall in a picture, as offsets from one of its pixels.

@@ -24,6 +24,29 @@ Range narrowed(const char* key, const std::optional<Range>& asked, const Range& 
   return *asked;
 }
 
+/// Second derivatives of the pattern as the points' Gaussian reads it, by differences between neighbours.
+void add_bends(const PatternImage& image, std::vector<PatternPoint>& points) {
+  constexpr int bits = 16;
+  const ImageView view{reinterpret_cast<const std::byte*>(image.grey.data()), image.width, image.height,
+                       static_cast<std::ptrdiff_t>(sizeof(std::uint16_t)) * image.width, bits};
+  const GaussianReader reader(view, reading_sigma, reading_sigma);
+  constexpr double step = 0.5;
+  for (PatternPoint& point : points) {
+    double u[9], v[9], value[9], inside[9];
+    for (int i = 0; i < 9; ++i) {
+      u[i] = point.x + image.origin_x + step * (i % 3 - 1);
+      v[i] = point.y + image.origin_y + step * (i / 3 - 1);
+    }
+    reader.read(u, v, 9, value, inside);
+    if (*std::min_element(inside, inside + 9) == 0.0) continue;
+    const double xx = value[3] + value[5] - 2.0 * value[4];
+    const double yy = value[1] + value[7] - 2.0 * value[4];
+    const double xy = 0.25 * (value[0] + value[8] - value[2] - value[6]);
+    point.stretch = static_cast<float>((xx - yy) / (step * step));
+    point.shear = static_cast<float>(2.0 * xy / (step * step));
+  }
+}
+
 }  // namespace
 
 PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const SearchOptions& options)
@@ -56,9 +79,15 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
         break;
       case PointUse::verify:
         verify = PointArrays(set.points);
+        if (!p.image.grey.empty()) {
+          std::vector<PatternPoint> bent = set.points;
+          add_bends(p.image, bent);
+          verify = PointArrays(bent);
+        }
         break;
     }
   }
+  if (!p.image.grey.empty()) add_bends(p.image, fine);
   refine = PointArrays(fine);
   spline = PatternSpline(p.image);
   Freedom unshaded = fine_freedom();

@@ -77,15 +77,21 @@ RectifiedLevel::Table RectifiedLevel::make_table(const Level& level, const Mappi
     const Eigen::Vector2d size = high - low;
     if (least >= 1.0 || size.prod() <= most_growth * level.width * level.height) break;
   }
+  // The level is smooth: reading every second of its pixels is the limit.
+  constexpr double one_sample = 1.6;
+  // What is seen farther away has no more to show than its own pixels: the grid has no more of them than the level, as
+  // far as one reading for each does.
+  const double shrunk = std::clamp(std::sqrt(level.width * level.height / std::max(1.0, (high - low).prod())),
+                                   std::min(1.0, largest_scale / one_sample), 1.0);
+  low *= shrunk;
+  high *= shrunk;
   table.grid_width = static_cast<int>(std::ceil(high.x() - low.x())) + 1;
   table.grid_height = static_cast<int>(std::ceil(high.y() - low.y())) + 1;
   Eigen::Matrix3d grid_from_plane = Eigen::Matrix3d::Identity();
-  grid_from_plane.topLeftCorner<2, 2>() = slope;
-  grid_from_plane.topRightCorner<2, 1>() = -slope * plane - low;
+  grid_from_plane.topLeftCorner<2, 2>() = shrunk * slope;
+  grid_from_plane.topRightCorner<2, 1>() = -shrunk * slope * plane - low;
   table.grid_mapping = Mapping::from_homography(grid_from_plane);
-  // The level is smooth: reading every second of its pixels is the limit.
-  constexpr double one_sample = 1.6;
-  table.samples = std::clamp(static_cast<int>(std::ceil(largest_scale / one_sample)), 1, 4);
+  table.samples = std::clamp(static_cast<int>(std::ceil(largest_scale / shrunk / one_sample - 1e-9)), 1, 4);
   table.usable = table.grid_width >= 8 && table.grid_height >= 8;
   return table;
 }

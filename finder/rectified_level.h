@@ -5,7 +5,8 @@
 /// resampled first into plane coordinates.
 ///
 /// The grid it is resampled to is the plane under the affine map that the mapping is in the middle of the picture: the
-/// picture without what changes over it, of about the same number of pixels.
+/// picture without what changes over it, on pixels evenly enlarged so that they are no more than the level's, as far as
+/// reading the level once for each allows.
 
 #include <cstddef>
 #include <cstdint>

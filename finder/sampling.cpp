@@ -40,22 +40,6 @@ void SmoothingReader::read(const Places& places, int count, float* out, float* i
   kernels::read_smoothed(plane_around(level_, places), places.u.data(), places.v.data(), count, out, inside);
 }
 
-void PixelReader::read(const Places& places, int count, float* out, float* inside) const {
-  const double scale = scale_of(image_);
-  for (int i = 0; i < kernels::padded(count); ++i) {
-    const float u = places.u[static_cast<std::size_t>(i)];
-    const float v = places.v[static_cast<std::size_t>(i)];
-    out[i] = inside[i] = 0.0F;
-    // The negation catches NaN as well.
-    if (!(std::abs(u) < 1e6F && std::abs(v) < 1e6F)) continue;
-    const auto x = places.base_x + static_cast<int>(std::lround(u));
-    const auto y = places.base_y + static_cast<int>(std::lround(v));
-    if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) continue;
-    out[i] = static_cast<float>(scale * image_.at(x, y));
-    inside[i] = 1.0F;
-  }
-}
-
 void GaussianReader::read(const Places& places, int count, float* out, float* inside) const {
   const int bytes = image_.bits > 8 ? 2 : 1;
   kernels::read_gaussian(plane_around(image_.data, image_.stride, image_.width, image_.height, bytes, places), bytes,

@@ -42,16 +42,6 @@ class SmoothingReader final : public Reader {
   Level level_;
 };
 
-/// Reads the nearest pixel.
-class PixelReader final : public Reader {
- public:
-  explicit PixelReader(const ImageView& image) : image_(image) {}
-  void read(const Places& places, int count, float* out, float* inside) const override;
-
- private:
-  ImageView image_;
-};
-
 /// Reads a picture through a Gaussian of a few pixels' width: what lies near the sampling limit is damped before it can
 /// bias the sub-pixel position. 8 × 8 taps, weights normalized to 1.
 class GaussianReader final : public Reader {

@@ -521,7 +521,8 @@ CoarseGrid coarse_grid(const TrainingScene& scene, int level, const TrainOptions
   grid.common_scale = options.common_scale;
   grid.angle_step_deg = std::min(30.0, widening / std::hypot(rms_x, rms_y) / radian);
   grid.scale_step = std::min(
-      0.4, 0.8 * widening / (options.common_scale ? std::hypot(rms_x, rms_y) / std::numbers::sqrt2 : std::max(rms_x, rms_y)));
+      0.4, 0.8 * widening /
+               (options.common_scale ? std::hypot(rms_x, rms_y) / std::numbers::sqrt2 : std::max(rms_x, rms_y)));
   return grid;
 }
 

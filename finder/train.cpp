@@ -288,19 +288,15 @@ Pattern train(const ImageView& image, const Mapping& mapping, const TrainOptions
   if (best.points.empty())
     throw UsageError("the pattern has too few points that can be searched for: choose a larger roi");
   // The grid need be no finer than the points bear.
-  const bool turned_or_scaled =
-      options.angle_deg.width() > best.grid.angle_step_deg || options.scale_x.searched() || options.scale_y.searched();
-  for (const double widening : {1.4}) {
-    if (!turned_or_scaled) break;
-    SearchPoints wider = choose_search_points(scene, best.level, options, against_at(best.level), widening);
+  if (size_of(best.grid).hypotheses() > 1.0) {
+    constexpr double widening = 1.4;
     constexpr double bearable = 0.75;
     constexpr double little = 0.05;
-    if (wider.points.empty() || wider.worst_genuine < std::max(bearable, best.worst_genuine - little) ||
-        wider.best_impostor > best.best_impostor + little) {
-      continue;
+    SearchPoints wider = choose_search_points(scene, best.level, options, against_at(best.level), widening);
+    if (!wider.points.empty() && wider.worst_genuine >= std::max(bearable, best.worst_genuine - little) &&
+        wider.best_impostor <= best.best_impostor + little) {
+      best = std::move(wider);
     }
-    best = std::move(wider);
-    break;
   }
   pattern.top_level = best.level;
   pattern.angle_step_deg = options.angle_deg.searched() ? best.grid.angle_step_deg : 0.0;

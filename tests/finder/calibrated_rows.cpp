@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/qualify/pose_bound.h"
 #include "calibrated_stage.h"
 #include "rows.h"
 #include "stage.h"
@@ -27,10 +28,13 @@ bool row_of(const Settings& settings, const Camera& camera, Kind kind, double an
   constexpr int trainings = 3;
   double sum = 0.0;
   double most = 0.0;
+  double pitch = 1.0;
+  PoseBoundEstimator all_pixels;
   for (int t = 0; t < trainings; ++t) {
     const Eigen::Vector2d at(320.0 + 90.0 * (t - 1), 240.0 + 100.0 * (t - 1));
     const CalibratedPattern trained =
         train_through(camera, drawing, at, angle, settings.seed * 10 + static_cast<std::uint64_t>(t));
+    pitch = trained.pattern->pitch;
     Finder finder({trained.pattern}, {});
     CalibratedRecipe recipe;
     recipe.angle_limit = angle_limit;
@@ -48,6 +52,7 @@ bool row_of(const Settings& settings, const Camera& camera, Kind kind, double an
         continue;
       }
       ++row.found;
+      all_pixels.add(shot.picture.view(), shot.mapping, *trained.pattern, shot.truth, recipe.noise);
       const CalibratedError error = error_of(matches[0], shot, *trained.pattern);
       const double off = std::hypot(error.x, error.y);
       if (off > 0.5 || std::abs(error.angle_deg) > 0.3) {
@@ -73,8 +78,11 @@ bool row_of(const Settings& settings, const Camera& camera, Kind kind, double an
   row.target = fmt::format("100%, max {:g} px, {:g} deg, mean {:g}", target.most_px, target.angle_deg, target.mean_px);
   row.ok = row.right == row.expected && most <= target.most_px && mean <= target.mean_px &&
            row.angle.max() <= target.angle_deg;
-  row.extra = fmt::format("distance max {:.4f} mean {:.4f}, error/sigma rms {:.2f} {:.2f} {:.2f}", most, mean,
-                          row.ratio_x.rms(), row.ratio_y.rms(), row.ratio_angle.rms());
+  const PoseBound bound = all_pixels.bound(true);
+  row.extra = fmt::format(
+      "distance max {:.4f} mean {:.4f}, error/sigma rms {:.2f} {:.2f} {:.2f}, bound {:.4f} {:.4f} px {:.4f} deg", most,
+      mean, row.ratio_x.rms(), row.ratio_y.rms(), row.ratio_angle.rms(), bound.x / pitch, bound.y / pitch,
+      bound.angle_deg);
   print(row);
   return row.ok;
 }

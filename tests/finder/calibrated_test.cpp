@@ -57,7 +57,7 @@ TEST(Calibrated, SlantedPlaneThroughALens) {
 TEST(Calibrated, Fields) {
   for (const Camera& camera : {pixel_aspect_camera(), slanted_camera(), slanted_lens_camera()}) {
     for (const Field field : {Field::top, Field::bottom}) {
-      expect_found(camera, part(), 60.0, field, 3, {0.08, 0.05, 0.06});
+      expect_found(camera, part(), 60.0, field, 3, {0.03, 0.015, 0.03});
     }
   }
 }
