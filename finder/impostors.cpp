@@ -120,10 +120,10 @@ class Measuring {
       scores.push_back(
           oriented(fit_.correlation(prepared_.climb, projection(level), reader, turned_by(i * step), inside)));
     }
-    for (int i = -steps; i <= steps; ++i) {
-      const auto at = static_cast<std::size_t>(i + steps);
-      const double before = i > -steps ? scores[at - 1] : -1.0;
-      const double after = i < steps ? scores[at + 1] : -1.0;
+    for (std::size_t at = 0; at < scores.size(); ++at) {
+      const int i = static_cast<int>(at) - steps;
+      const double before = at > 0 ? scores[at - 1] : -1.0;
+      const double after = at + 1 < scores.size() ? scores[at + 1] : -1.0;
       constexpr double worth_a_look = 0.3;
       constexpr double no_less = 0.9;  // a disc has no peaks
       const bool peak = scores[at] >= before && scores[at] >= after;

@@ -255,10 +255,8 @@ class Chooser {
   void collect_strangers() {
     telling_.assign(candidates_.size(), 0);
     std::vector<std::size_t> all_over;
-    const auto most = static_cast<double>(std::min<std::size_t>(candidates_.size(), most_coarse_points) / 2 * 2);
-    for (double i = 0.0; i < most; i += 1.0) {
-      all_over.push_back(static_cast<std::size_t>(i * static_cast<double>(candidates_.size()) / most));
-    }
+    const std::size_t most = std::min<std::size_t>(candidates_.size(), most_coarse_points) / 2 * 2;
+    for (std::size_t i = 0; i < most; ++i) all_over.push_back(i * candidates_.size() / most);
     for (const AgainstLevel& other : against_) {
       const std::vector<CoarseCandidate> found = look_for(all_over, other.level, other.mapping);
       for (const CoarseCandidate& each : found) add_impostor(other.level, other.mapping, each.pose, strangers_);
