@@ -107,6 +107,13 @@ void PatternSearch::climb(const PreparedPattern& prepared, const SearchScene& sc
   candidate.score = best;
 }
 
+double PatternSearch::likeness(const PointArrays& points, Polarity polarity) const {
+  // Each edge may have become stronger or weaker: what agrees with one gain says less than how all of them correlate.
+  double inside = 0.0;
+  const double correlation = fit_.correlation_as_read(points, inside);
+  return inside * oriented(correlation, polarity);
+}
+
 void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
                                 std::chrono::steady_clock::time_point deadline, bool& timed_out) {
   const Pattern& p = *prepared.pattern;
@@ -135,7 +142,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
       double inside = 0.0;
       const auto explained = [&](const FitResult& result) {
         inside = result.inside;
-        return result.ok && oriented(result.gain, p.polarity) > 0.0 ? result.explained : 0.0;
+        if (!result.ok || oriented(result.gain, p.polarity) <= 0.0) return 0.0;
+        return p.edges ? std::max(result.explained, likeness(points, p.polarity)) : result.explained;
       };
       constexpr double furthest = 4.0;  // level pixels: a fit that runs further has found something else
       const auto fitted = [&](Pose& pose) {
@@ -286,10 +294,10 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
     }
   }
   match.visible = view.visible;
-  candidate.score = view.explained;
+  candidate.score = p.edges ? std::max(view.explained, match.score * view.visible) : view.explained;
   // The less of a pattern lies in the picture, the easier something else looks like it: what is inside must agree
   // better.
-  constexpr double benefit = 0.85;
+  constexpr double benefit = 0.9;
   if (match.score * view.inside < benefit * min_score) return false;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 

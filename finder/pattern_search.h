@@ -40,6 +40,8 @@ class PatternSearch {
   };
 
   void climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate);
+  /// Of edges, as they were read last: their correlation, less where points are outside.
+  [[nodiscard]] double likeness(const PointArrays& points, Polarity polarity) const;
   void follow_down(const PreparedPattern& prepared, const SearchScene& scene, const SearchOptions& options,
                    std::chrono::steady_clock::time_point deadline, bool& timed_out);
   /// Score, polarity and how the pattern is seen at the match's pose.
