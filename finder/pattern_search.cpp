@@ -295,10 +295,12 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   }
   match.visible = view.visible;
   candidate.score = p.edges ? std::max(view.explained, match.score * view.visible) : view.explained;
-  // The less of a pattern lies in the picture, the easier something else looks like it: what is inside must agree
-  // better.
-  constexpr double benefit = 0.9;
-  if (match.score * view.inside < benefit * min_score) return false;
+  // The less of a pattern is seen, the easier something else looks like it: what is inside the picture must agree
+  // better, and what resembles it only as a whole, a dark patch for a dark part, must be seen to a good part.
+  constexpr double least_inside = 0.9;
+  constexpr double least_seen = 0.6;
+  if (match.score * view.inside < least_inside * min_score) return false;
+  if (match.score * view.visible < least_seen * min_score) return false;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
 
   const Eigen::Matrix<double, 5, 1> sigma =
