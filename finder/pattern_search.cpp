@@ -355,7 +355,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
       if (found_.empty() && wanted == 1 && !candidates_.empty() && peak.score < clear_lead * peaks_.front().score)
         break;
       if (near_settled(prepared, peak.pose)) continue;
-      candidates_.push_back({peak.pose, 0.0, {}});
+      candidates_.push_back({peak.pose, 0.0, peak.score});
       climb(prepared, scene, candidates_.back());
     }
     follow_down(prepared, scene, options, deadline, out.timed_out);
@@ -367,7 +367,11 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
           !in_region(options, match.frame_position)) {
         continue;
       }
-      const bool convincing = candidate.score >= convincing_part && match.score >= convincing_part;
+      // Less will do where nothing that is left comes near.
+      const bool alone =
+          next == peaks_.size() || std::abs(peaks_[next].score) < clear_lead * std::abs(candidate.coarse);
+      const double enough = alone ? sure_part : convincing_part;
+      const bool convincing = candidate.score >= enough && match.score >= enough;
       if (convincing && !near_settled(prepared, match.pose)) ++settled;
       found_.push_back({candidate.score, match, convincing});
       // The others explained less before their last fit, and would after it.

@@ -30,8 +30,8 @@ class PatternSearch {
  private:
   struct Candidate {
     Pose pose;
-    double score = 0.0;  ///< correlation at the top, then FitResult::explained
-    GreyLine line;       ///< as last fitted
+    double score = 0.0;   ///< correlation at the top, then FitResult::explained
+    float coarse = 0.0F;  ///< its score in the exhaustive search
   };
   struct Found {
     double explained = 0.0;
