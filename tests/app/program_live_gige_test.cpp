@@ -65,7 +65,9 @@ class LiveGige : public testing::Test {
       }
       if (all) starts.insert(start);
     }
-    EXPECT_EQ(starts.size(), 1U);
+    std::string shown;
+    for (const Row& row : rows) shown += row.at("frame") + ' ' + row.at("status") + ' ' + row.at("x") + '\n';
+    EXPECT_EQ(starts.size(), 1U) << shown;
   }
   void wait_for_rows(const std::string& file, std::size_t count) const {
     for (int i = 0; i < 1000 && lines_of(read_file(file)).size() <= count; ++i)
