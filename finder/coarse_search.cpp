@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -378,7 +379,8 @@ void CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<
   windows_.clear();
   for (const Copy& copy : copies_) windows_.push_back(window_of(task, copy));
   const int workers = threads.size();
-  threads.run([&](int worker) { first_pass(task, height_ * worker / workers, height_ * (worker + 1) / workers); });
+  const auto job = [&](int worker) { first_pass(task, height_ * worker / workers, height_ * (worker + 1) / workers); };
+  threads.run(std::cref(job));  // a reference, which takes nothing from the heap
   second_pass(task);
   other_ways(task);
   for (const Peak& peak : peaks_) {

@@ -23,6 +23,11 @@ double oriented(double score, Polarity polarity) {
   return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
 }
 
+/// The order of what is equally good.
+bool precedes(const Pose& a, const Pose& b) {
+  return a.y != b.y ? a.y < b.y : a.x != b.x ? a.x < b.x : a.angle_deg < b.angle_deg;
+}
+
 double angle_between(double a, double b) { return std::abs(std::remainder(a - b, 360.0)); }
 
 /// A pose found may lie a little outside the range asked for: the last half step is refined like any other.
@@ -131,7 +136,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     fit.settle = false;
     fit.polarity = p.polarity;
     const double pixel = std::ldexp(p.pitch, index);
-    std::vector<Candidate> kept;
+    kept_.clear();
     double best_score = 0.0;
     for (Candidate candidate : candidates_) {
       if (std::chrono::steady_clock::now() > deadline) {
@@ -175,18 +180,19 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         Pose same = before;
         candidate.score = explained(fit_.fit(points, projection, reader, still, same));
       }
-      if (inside >= 0.5) kept.push_back(candidate);
+      if (inside >= 0.5) kept_.push_back(candidate);
     }
-    std::stable_sort(kept.begin(), kept.end(),
-                     [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
+    std::sort(kept_.begin(), kept_.end(), [](const Candidate& a, const Candidate& b) {
+      return a.score != b.score ? a.score > b.score : precedes(a.pose, b.pose);
+    });
     candidates_.clear();
     // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
     // next.
     const double least = 0.25 * options.min_score;
-    const double best = kept.empty() ? 0.0 : kept.front().score;
+    const double best = kept_.empty() ? 0.0 : kept_.front().score;
     const double window = wanted == 1 ? best * (best > sure_part ? 0.85 : 0.6) : 0.0;
     const std::size_t most = index == p.top_level ? 12 + 4 * wanted : index > 1 ? 7 + 3 * wanted : 3 + 2 * wanted;
-    for (const Candidate& candidate : kept) {
+    for (const Candidate& candidate : kept_) {
       if (candidates_.size() >= most || candidate.score < std::max(least, window)) break;
       const bool known = std::any_of(candidates_.begin(), candidates_.end(), [&](const Candidate& other) {
         return std::hypot(other.pose.x - candidate.pose.x, other.pose.y - candidate.pose.y) < 1.5 * pixel &&
@@ -400,14 +406,15 @@ void PatternSearch::choose_matches(const PreparedPattern& prepared, const Search
                                    PatternMatches& out) {
   const Pattern& p = *prepared.pattern;
   // Ranked by how much of the pattern they explain; the score that is reported stays the plain correlation.
-  std::stable_sort(found_.begin(), found_.end(),
-                   [](const Found& a, const Found& b) { return a.explained > b.explained; });
+  std::sort(found_.begin(), found_.end(), [](const Found& a, const Found& b) {
+    return a.explained != b.explained ? a.explained > b.explained : precedes(a.match.pose, b.match.pose);
+  });
   for (const Found& each : found_) {
     const Match& match = each.match;
     if (out.matches.size() >= wanted) break;
-    const std::vector<Eigen::Vector2d> outline = prepared.outline(match.pose);
+    const Polygon outline = prepared.outline(match.pose);
     const bool covered = std::any_of(out.matches.begin(), out.matches.end(), [&](const Match& other) {
-      const std::vector<Eigen::Vector2d> its = prepared.outline(other.pose);
+      const Polygon its = prepared.outline(other.pose);
       const double near = 0.05 * std::min(p.width, p.height) * p.pitch;
       const bool same_place = std::hypot(other.pose.x - match.pose.x, other.pose.y - match.pose.y) < near;
       return same_place || shared_area(outline, its) > options.max_overlap * std::min(area(outline), area(its));

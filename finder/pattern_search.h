@@ -59,6 +59,7 @@ class PatternSearch {
   std::vector<CoarseCandidate> peaks_;
   std::vector<Candidate> candidates_;
   std::vector<Found> found_;
+  std::vector<Candidate> kept_;  // scratch of follow_down()
   PoseFit fit_;
   FieldFit field_fit_;
 };

@@ -104,47 +104,14 @@ Freedom PreparedPattern::fine_freedom() const {
   return fine;
 }
 
-std::vector<Eigen::Vector2d> PreparedPattern::outline(const Pose& pose) const {
+Polygon PreparedPattern::outline(const Pose& pose) const {
   const Pattern& p = *pattern;
-  std::vector<Eigen::Vector2d> corners;
+  Polygon corners;
   for (const auto& [x, y] : {std::pair(p.left, p.top), std::pair(p.left + p.width, p.top),
                              std::pair(p.left + p.width, p.top + p.height), std::pair(p.left, p.top + p.height)}) {
-    corners.push_back(plane_from_pattern(pose, Eigen::Vector2d(x, y) * p.pitch));
+    corners.add(plane_from_pattern(pose, Eigen::Vector2d(x, y) * p.pitch));
   }
   return corners;
-}
-
-double area(const std::vector<Eigen::Vector2d>& polygon) {
-  double twice = 0.0;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d& a = polygon[i];
-    const Eigen::Vector2d& b = polygon[(i + 1) % polygon.size()];
-    twice += a.x() * b.y() - b.x() * a.y();
-  }
-  return std::abs(twice) / 2.0;
-}
-
-double shared_area(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b) {
-  // Sutherland & Hodgman: cut polygon a along every side of b. Both run the same way round (x to y).
-  std::vector<Eigen::Vector2d> rest = a;
-  for (std::size_t i = 0; i < b.size() && !rest.empty(); ++i) {
-    const Eigen::Vector2d& from = b[i];
-    const Eigen::Vector2d along = b[(i + 1) % b.size()] - from;
-    const auto side = [&](const Eigen::Vector2d& p) {
-      return along.x() * (p.y() - from.y()) - along.y() * (p.x() - from.x());
-    };
-    std::vector<Eigen::Vector2d> kept;
-    for (std::size_t k = 0; k < rest.size(); ++k) {
-      const Eigen::Vector2d& p = rest[k];
-      const Eigen::Vector2d& q = rest[(k + 1) % rest.size()];
-      const double sp = side(p);
-      const double sq = side(q);
-      if (sp >= 0.0) kept.push_back(p);
-      if ((sp >= 0.0) != (sq >= 0.0)) kept.emplace_back(p + (q - p) * (sp / (sp - sq)));
-    }
-    rest = std::move(kept);
-  }
-  return area(rest);
 }
 
 }  // namespace vsfind

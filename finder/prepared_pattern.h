@@ -9,6 +9,7 @@
 #include "finder/coarse_search.h"
 #include "finder/fit.h"
 #include "finder/pattern_spline.h"
+#include "finder/polygon.h"
 #include "finder/search.h"
 
 namespace vsfind {
@@ -36,12 +37,7 @@ struct PreparedPattern {
   /// What is fitted at full resolution.
   [[nodiscard]] Freedom fine_freedom() const;
   /// Corners of the outline at a pose, plane coordinates.
-  [[nodiscard]] std::vector<Eigen::Vector2d> outline(const Pose& pose) const;
+  [[nodiscard]] Polygon outline(const Pose& pose) const;
 };
-
-/// Area that two convex polygons share.
-[[nodiscard]] double shared_area(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b);
-/// Area of a polygon.
-[[nodiscard]] double area(const std::vector<Eigen::Vector2d>& polygon);
 
 }  // namespace vsfind

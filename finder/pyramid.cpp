@@ -34,10 +34,10 @@ void narrow_to_8_bits(const ImageView& image, std::vector<std::uint8_t>& out) {
   }
 }
 
-void smooth(const Level& level, std::uint8_t* out) {
+void smooth(const Level& level, std::vector<std::uint16_t>& sums, std::uint8_t* out) {
   const int w = level.width;
   const int h = level.height;
-  std::vector<std::uint16_t> sums(static_cast<std::size_t>(w));
+  sums.resize(static_cast<std::size_t>(w));
   for (int v = 0; v < h; ++v) {
     const std::uint8_t* above = level.row(std::max(v - 1, 0));
     const std::uint8_t* here = level.row(v);
@@ -59,7 +59,7 @@ const Level& Pyramid::smoothed(int index) {
     s.level = level(index);
     s.memory.resize(static_cast<std::size_t>(s.level.width) * static_cast<std::size_t>(s.level.height) +
                     kernels::read_slack);
-    smooth(level(index), s.memory.data());
+    smooth(level(index), sums_, s.memory.data());
     s.level.data = s.memory.data();
     s.level.stride = s.level.width;
     s.fresh = true;

@@ -68,10 +68,12 @@ class Pyramid {
   std::vector<Level> levels_;
   std::vector<std::vector<std::uint8_t>> memory_;
   std::vector<Smoothed> smoothed_;
+  std::vector<std::uint16_t> sums_;  // scratch of smoothed()
 };
 
-/// Smooths by [1 2 1]/4 both ways; the border's pixels stand for those beyond it. `out`: width · height.
-void smooth(const Level& level, std::uint8_t* out);
+/// Smooths by [1 2 1]/4 both ways; the border's pixels stand for those beyond it. `sums` is scratch; `out`: width ·
+/// height.
+void smooth(const Level& level, std::vector<std::uint16_t>& sums, std::uint8_t* out);
 
 /// Upper 8 bits of a picture of 9 to 16 bits, row by row.
 void narrow_to_8_bits(const ImageView& image, std::vector<std::uint8_t>& out);

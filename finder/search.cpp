@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "acquisition/errors.h"
@@ -65,6 +66,13 @@ struct Finder::State {
   std::vector<std::shared_ptr<const Pattern>> patterns;
   std::vector<PreparedPattern> prepared;
   std::vector<std::unique_ptr<PreparedScene>> scenes;
+  /// How the picture is halved for a pattern, and for which size of its pixels.
+  struct Planned {
+    Eigen::Vector2d pixel_size{0.0, 0.0};
+    HalvingPlan plan;
+  };
+  std::vector<Planned> plans;
+  std::vector<std::size_t> order;  ///< of the patterns: the deepest first, its pyramid serves the others
   std::vector<PatternSearch> searches;
   std::vector<PatternMatches> results;
   ThreadPool threads;
@@ -72,9 +80,13 @@ struct Finder::State {
 
   explicit State(const SearchOptions& asked) : options(asked), threads(asked.threads) {}
 
-  PreparedScene& scene_for(const Pattern& pattern, const ImageView& image, const Mapping& mapping) {
+  PreparedScene& scene_for(std::size_t index, const ImageView& image, const Mapping& mapping) {
+    const Pattern& pattern = *patterns[index];
+    Planned& planned = plans[index];
     const Eigen::Vector2d size = pixel_size(mapping, {(image.width - 1) / 2.0, (image.height - 1) / 2.0});
-    const HalvingPlan plan = HalvingPlan::for_pixel_size(size.x(), size.y(), pattern.top_level);
+    if (planned.pixel_size != size)
+      planned = {size, HalvingPlan::for_pixel_size(size.x(), size.y(), pattern.top_level)};
+    const HalvingPlan& plan = planned.plan;
     PreparedScene* scene = nullptr;
     for (const auto& each : scenes) {
       if (each->serves(pattern, plan)) scene = each.get();
@@ -102,6 +114,12 @@ Finder::Finder(std::vector<std::shared_ptr<const Pattern>> patterns, const Searc
   for (const auto& pattern : state_->patterns) state_->prepared.emplace_back(pattern, options);
   state_->searches.resize(state_->patterns.size());
   state_->results.resize(state_->patterns.size());
+  state_->plans.resize(state_->patterns.size());
+  std::vector<std::size_t>& order = state_->order;
+  for (std::size_t i = 0; i < state_->patterns.size(); ++i) order.push_back(i);
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return state_->patterns[a]->top_level > state_->patterns[b]->top_level;
+  });
 }
 
 Finder::~Finder() = default;
@@ -121,17 +139,12 @@ const std::vector<PatternMatches>& Finder::find(const ImageView& image, const Ma
                                                  std::chrono::duration<double, std::milli>(s.options.timeout_ms))
                                  : clock::time_point::max();
   for (const auto& scene : s.scenes) scene->fresh = false;
-  // The deepest pattern first: its pyramid serves the others.
-  std::vector<std::size_t> order(s.prepared.size());
-  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return s.patterns[a]->top_level > s.patterns[b]->top_level; });
-  for (const std::size_t i : order) {
+  for (const std::size_t i : s.order) {
     if (image.empty()) {
       s.results[i] = {};
       continue;
     }
-    PreparedScene& scene = s.scene_for(*s.patterns[i], image, mapping);
+    PreparedScene& scene = s.scene_for(i, image, mapping);
     s.searches[i].run(s.prepared[i], {scene.view, &scene.pyramid, &mapping}, s.options, s.threads, deadline,
                       s.results[i]);
   }

@@ -111,10 +111,16 @@ TEST(GaussianReader, DeepPicturesAreScaledLikeEightBits) {
   EXPECT_NEAR(value, 100.0, 1e-9);
 }
 
+Polygon polygon(std::initializer_list<Eigen::Vector2d> corners) {
+  Polygon all;
+  for (const Eigen::Vector2d& corner : corners) all.add(corner);
+  return all;
+}
+
 TEST(Polygons, SharedAreaOfTurnedSquares) {
-  const std::vector<Eigen::Vector2d> square{{0, 0}, {2, 0}, {2, 2}, {0, 2}};
-  const std::vector<Eigen::Vector2d> shifted{{1, 1}, {3, 1}, {3, 3}, {1, 3}};
-  const std::vector<Eigen::Vector2d> far{{5, 5}, {6, 5}, {6, 6}, {5, 6}};
+  const Polygon square = polygon({{0, 0}, {2, 0}, {2, 2}, {0, 2}});
+  const Polygon shifted = polygon({{1, 1}, {3, 1}, {3, 3}, {1, 3}});
+  const Polygon far = polygon({{5, 5}, {6, 5}, {6, 6}, {5, 6}});
   EXPECT_DOUBLE_EQ(area(square), 4.0);
   EXPECT_DOUBLE_EQ(shared_area(square, shifted), 1.0);
   EXPECT_DOUBLE_EQ(shared_area(square, square), 4.0);
