@@ -58,6 +58,23 @@ bool blurs_by_direction(const Mapping& mapping) {
   return !mapping.affine() || std::abs(mapping.pixel_aspect() - 1.0) > square;
 }
 
+/// Whether two poses of one picture differ by no more than noise lets the first one be off: else one of them suffers
+/// from something worse.
+bool agree(const FitResult& fit, const PreparedPattern& prepared, const Pose& first, const Pose& second) {
+  constexpr double sigmas = 4.0;
+  const double angle = first.angle_deg * std::numbers::pi / 180.0;
+  const double dx = (second.x - first.x) / prepared.pattern->pitch;
+  const double dy = (second.y - first.y) / prepared.pattern->pitch;
+  Eigen::Matrix<double, 5, 1> off;
+  off << (std::cos(angle) * dx + std::sin(angle) * dy) / first.scale_x,
+      (std::cos(angle) * dy - std::sin(angle) * dx) / first.scale_y,
+      std::remainder(second.angle_deg - first.angle_deg, 360.0) * std::numbers::pi / 180.0,
+      second.scale_x - first.scale_x, second.scale_y - first.scale_y;
+  const Eigen::Matrix<double, 5, 1> sigma =
+      fit.covariance.diagonal().cwiseProduct(prepared.inflation).cwiseMax(0.0).cwiseSqrt() * fit.residual;
+  return (off.cwiseAbs().array() <= sigmas * sigma.array() + 1e-9).all();
+}
+
 }  // namespace
 
 void PatternSearch::climb(const PreparedPattern& prepared, const SearchScene& scene, Candidate& candidate) {
@@ -257,8 +274,11 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
     }
   }
   bool independent = false;
-  if (fit.ok && scene.mapping->field() != Field::frame && !p.from_field && !p.edges &&
-      FieldFit::pays(projection, match.pose)) {
+  // With scales to be found as well the few best points leave too much to the noise: all pixels beside them are used.
+  const bool scaled = prepared.freedom.scale_x || prepared.freedom.scale_y;
+  const bool between_lines =
+      scene.mapping->field() != Field::frame && !p.from_field && FieldFit::pays(projection, match.pose);
+  if (fit.ok && !p.edges && (between_lines || scaled)) {
     FitOptions on_lines = options;
     on_lines.try_shading = false;
     on_lines.start = {fit.gain, fit.offset};
@@ -266,7 +286,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
     Pose pose = match.pose;
     const FitResult polished =
         field_fit_.fit(prepared.spline, prepared.refine, scene.image, projection, on_lines, fit_, pose);
-    if (polished.ok) {
+    if (polished.ok && (between_lines || agree(fit, prepared, match.pose, pose))) {
       fit = polished;
       independent = true;
       match.pose = pose;
