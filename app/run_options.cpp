@@ -21,7 +21,7 @@ std::vector<Setting> run_settings(RunOptions& options, const std::string& field_
   model.repeatable = true;
   model.path = true;
 
-  add("min-score", "0..1", "Weakest correlation that is reported (default 0.6)",
+  add("min-score", "0..1", "Weakest correlation that is reported (default 0.65)",
       [o](Values v) { o->search.min_score = parse_number(v[0], 0.0, 1.0); });
   add("coarse-score", "0..1",
       "Coarse acceptance: candidates of the exhaustive search that correlate less are not followed; higher is faster, "

@@ -15,7 +15,7 @@ namespace vsfind {
 
 /// What is asked of a search. Checked once, by Finder's constructor.
 struct SearchOptions {
-  double min_score = 0.6;  ///< 0 … 1: weaker ones are not reported
+  double min_score = 0.65;  ///< 0 … 1: weaker ones are not reported
   /// 0 … 1, coarse acceptance: candidates of the exhaustive search that correlate less are not followed. Else half of
   /// min_score.
   std::optional<double> coarse_score;
