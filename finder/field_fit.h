@@ -4,8 +4,8 @@
 ///
 /// A field's lines lie twice as far apart as the frame's, and each is as sharp as a frame's line: between them the
 /// picture cannot be interpolated. The pattern can, where it was trained on a whole frame. So the roles are exchanged:
-/// the picture is taken at its own pixels, and the pattern is read, through a spline, at the places where they fall. In a
-/// whole frame this uses some five times as many pixels as there are points.
+/// the picture is taken at its own pixels, and the pattern is read, through a spline, at the places where they fall. In
+/// a whole frame this uses some five times as many pixels as there are points.
 
 #include <cstdint>
 #include <vector>

@@ -140,7 +140,7 @@ void best_dots_of(const std::uint8_t* base, const std::ptrdiff_t* offsets, const
   const hn::RepartitionToWide<BytesTag> unsigned_words;
   const hn::RebindToSigned<BytesTag> signed_bytes;
   const WordsTag words;
-  const int lanes = static_cast<int>(hn::Lanes(bytes));
+  const auto lanes = static_cast<std::ptrdiff_t>(hn::Lanes(bytes));
   BlockDots a;
   BlockDots b;
   BlockDots c;
@@ -155,7 +155,7 @@ void best_dots_of(const std::uint8_t* base, const std::ptrdiff_t* offsets, const
     if constexpr (blocks > 2) c.add(first + 2 * lanes, second + 2 * lanes, weight);
   }
   // Interleaving works inside 128-bit blocks: put the halves back in order.
-  const auto keep = [&](const BlockDots& dots, int from) {
+  const auto keep = [&](const BlockDots& dots, std::ptrdiff_t from) {
     const auto lower = lanes == 32 ? hn::ConcatLowerLower(words, dots.high, dots.low) : dots.low;
     const auto upper = lanes == 32 ? hn::ConcatUpperUpper(words, dots.high, dots.low) : dots.high;
     keep_better(lower, polarity, factor + from, id, best + from, which + from);
