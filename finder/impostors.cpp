@@ -203,8 +203,9 @@ class Measuring {
     const bool itself = index < 0 && impostor.shift.norm() < near &&
                         std::abs(impostor.turn_deg) <= std::max(1.0, 1.5 * pattern_.angle_step_deg);
     // What only the two ends of the range have in common is no ambiguity.
-    const bool ends = index < 0 && is_turned(impostor, pattern_) && pattern_.angle_deg.width() < 359.0 &&
-                      std::abs(impostor.turn_deg) > pattern_.angle_deg.width() - 0.5 * pattern_.angle_step_deg;
+    const double range = pattern_.angle_deg.width();
+    const bool at_ends = range < 359.0 && std::abs(impostor.turn_deg) > range - 0.5 * pattern_.angle_step_deg;
+    const bool ends = at_ends && index < 0 && is_turned(impostor, pattern_);
     if (!itself && !ends) found.push_back(impostor);
   }
 

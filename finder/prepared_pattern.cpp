@@ -34,8 +34,9 @@ void add_bends(const PatternImage& image, std::vector<PatternPoint>& points) {
   for (PatternPoint& point : points) {
     double u[9], v[9], value[9], inside[9];
     for (int i = 0; i < 9; ++i) {
-      u[i] = point.x + image.origin_x + step * (i % 3 - 1);
-      v[i] = point.y + image.origin_y + step * (i / 3 - 1);
+      const int row = i / 3;
+      u[i] = point.x + image.origin_x + step * (i - 3 * row - 1);
+      v[i] = point.y + image.origin_y + step * (row - 1);
     }
     reader.read(u, v, 9, value, inside);
     if (*std::min_element(inside, inside + 9) == 0.0) continue;
