@@ -66,7 +66,10 @@ void FieldFit::gather(const PointArrays& around, const ImageView& image, const P
   const Eigen::Matrix2d level_from_pattern =
       projection.level_from_plane_jacobian({pose.x, pose.y}) * plane_from_pattern_slope(pose) * projection.pitch;
   const Eigen::Matrix2d pattern_from_level = level_from_pattern.inverse();
-  taken_.assign(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), 0);
+  const auto place_of = [&](int column, int row) {
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(column);
+  };
+  taken_.resize(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height), 0);
   pixels_.clear();
   x_.clear();
   y_.clear();
@@ -79,8 +82,7 @@ void FieldFit::gather(const PointArrays& around, const ImageView& image, const P
     const auto line = static_cast<int>(std::floor(v_[k]));
     for (int row = std::max(0, line); row <= std::min(image.height - 1, line + 1); ++row) {
       for (int c = std::max(0, column - beside); c <= std::min(image.width - 1, column + beside); ++c) {
-        std::uint8_t& taken =
-            taken_[static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(c)];
+        std::uint8_t& taken = taken_[place_of(c, row)];
         if (taken != 0) continue;
         taken = 1;
         pixels_.push_back({c, row, static_cast<float>(to_255 * image.at(c, row))});
@@ -92,6 +94,8 @@ void FieldFit::gather(const PointArrays& around, const ImageView& image, const P
       }
     }
   }
+  // Only what was marked: the picture may be large.
+  for (const Pixel& pixel : pixels_) taken_[place_of(pixel.column, pixel.row)] = 0;
   if (!projection.mapping->affine()) settle(projection, pose, pattern_from_level);
 }
 

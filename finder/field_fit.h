@@ -43,7 +43,7 @@ class FieldFit {
     float grey = 0.0F;
   };
   std::vector<double> u_, v_;
-  std::vector<std::uint8_t> taken_;
+  std::vector<std::uint8_t> taken_;  ///< all 0 between calls
   std::vector<Pixel> pixels_;
   int trusted_ = 0;                 ///< the first so many pixels
   std::vector<double> x_, y_;       ///< pattern pixels at the pose of gather()
