@@ -161,6 +161,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         break;
       }
       const Pose before = candidate.pose;
+      fit.start = candidate.line;
+      candidate.line = {};
       double inside = 0.0;
       const auto explained = [&](const FitResult& result) {
         inside = result.inside;
@@ -171,7 +173,10 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
       const auto fitted = [&](Pose& pose) {
         const FitResult result = fit_.fit(points, projection, reader, fit, pose);
         const double moved = std::hypot(pose.x - before.x, pose.y - before.y) / pixel;
-        return result.ok && moved <= furthest && in_range(prepared, pose) ? explained(result) : -1.0;
+        if (!result.ok || moved > furthest || !in_range(prepared, pose)) return -1.0;
+        const double score = explained(result);
+        candidate.line = score >= sure_part ? GreyLine{result.gain, result.offset} : GreyLine{};
+        return score;
       };
       candidate.score = fitted(candidate.pose);
       constexpr double doubtful = 0.7;
@@ -256,6 +261,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   options.step_tolerance = 1e-3;
   options.covariance = true;
   options.try_shading = true;
+  options.start = candidate.line;
   match.pose = candidate.pose;
   FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
   // Where there is no shading, columns for it only cost accuracy: they are used where they leave clearly less.
@@ -381,7 +387,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
       if (found_.empty() && wanted == 1 && !candidates_.empty() && peak.score < clear_lead * peaks_.front().score)
         break;
       if (near_settled(prepared, peak.pose)) continue;
-      candidates_.push_back({peak.pose, 0.0, peak.score});
+      candidates_.push_back({peak.pose, 0.0, peak.score, {}});
       climb(prepared, scene, candidates_.back());
     }
     follow_down(prepared, scene, options, deadline, out.timed_out);

@@ -32,6 +32,7 @@ class PatternSearch {
     Pose pose;
     double score = 0.0;   ///< correlation at the top, then FitResult::explained
     float coarse = 0.0F;  ///< its score in the exhaustive search
+    GreyLine line;        ///< of the picture, where the fit was so good that it need not be looked for again
   };
   struct Found {
     double explained = 0.0;
