@@ -18,6 +18,8 @@ constexpr float clear_lead = 0.8F;
 constexpr double sure_part = 0.8;
 /// Score, and explained part, from which on a match leaves no doubt: what is nearly symmetric looks like itself, too.
 constexpr double convincing_part = 0.9;
+/// The same, from which on candidates that a match leads clearly are not looked at any more.
+constexpr double likely_part = 0.55;
 
 double oriented(double score, Polarity polarity) {
   return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
@@ -211,7 +213,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
     // next.
     const double least = 0.25 * options.min_score;
-    const double best = kept_.empty() ? 0.0 : kept_.front().score;
+    double best = kept_.empty() ? 0.0 : kept_.front().score;
+    for (const Found& each : found_) best = std::max(best, each.explained);
     const double window = wanted == 1 ? best * (best > sure_part ? 0.85 : 0.6) : 0.0;
     const std::size_t most = index == p.top_level ? 12 + 4 * wanted : index > 1 ? 7 + 3 * wanted : 3 + 2 * wanted;
     for (const Candidate& candidate : kept_) {
@@ -383,6 +386,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
     candidates_.clear();
     for (; next < peaks_.size() && candidates_.size() < batch; ++next) {
       const CoarseCandidate& peak = peaks_[next];
+      if (wanted == 1 && led_clearly(peak)) break;
       // A clear leader goes alone.
       if (found_.empty() && wanted == 1 && !candidates_.empty() && peak.score < clear_lead * peaks_.front().score)
         break;
@@ -390,6 +394,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
       candidates_.push_back({peak.pose, 0.0, peak.score, {}});
       climb(prepared, scene, candidates_.back());
     }
+    if (candidates_.empty()) break;
     follow_down(prepared, scene, options, deadline, out.timed_out);
     for (Candidate& candidate : candidates_) {
       if (std::chrono::steady_clock::now() > deadline) out.timed_out = true;
@@ -405,13 +410,20 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
       const double enough = alone ? sure_part : convincing_part;
       const bool convincing = candidate.score >= enough && match.score >= enough;
       if (convincing && !near_settled(prepared, match.pose)) ++settled;
-      found_.push_back({candidate.score, match, convincing});
+      found_.push_back({candidate.score, match, candidate.coarse, convincing});
       // The others explained less before their last fit, and would after it.
       if (settled >= wanted) break;
     }
     batch *= 3;
   }
   choose_matches(prepared, options, wanted, out);
+}
+
+bool PatternSearch::led_clearly(const CoarseCandidate& peak) const {
+  return std::any_of(found_.begin(), found_.end(), [&](const Found& each) {
+    return std::min(each.explained, each.match.score) >= likely_part &&
+           std::abs(peak.score) < clear_lead * std::abs(each.coarse);
+  });
 }
 
 bool PatternSearch::near_settled(const PreparedPattern& prepared, const Pose& pose) const {
