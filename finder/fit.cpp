@@ -212,11 +212,21 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   Coefficients step{};
   double before = 0.0;  // how far the last step reached
   double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
-  constexpr int rough = 2;  // so many first steps do not trust the spread of the residuals
+  constexpr double foreseeable = 0.02;  // level pixels
+  constexpr int rough = 2;              // so many first steps do not trust the spread of the residuals
   for (int iteration = options.first_iteration;; ++iteration) {
     const bool first = iteration == options.first_iteration;
     const bool last = iteration - options.first_iteration >= options.iterations;
-    read_at(points, projection, reader, now);
+    if (first || before > foreseeable) {
+      read_at(points, projection, reader, now);
+    } else {
+      // So little has changed that what would be read follows from the step.
+      const auto a = static_cast<std::size_t>(layout.a);
+      std::array<float, most_columns> by{};
+      std::copy(step.begin() + layout.a, step.begin() + layout.first_nuisance, by.begin());
+      kernels::residuals(layout.columns.data() + a, by.data(), layout.first_nuisance - layout.a, image_.data(),
+                         points.count, image_.data());
+    }
     if (layout.angle >= 0) {
       update_turn_column(points, now);
       layout.columns[static_cast<std::size_t>(layout.angle)] = turn_column_.data();

@@ -162,7 +162,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         timed_out = true;
         break;
       }
-      const Pose before = candidate.pose;
+      Pose before = candidate.pose;
       fit.start = candidate.line;
       candidate.line = {};
       double inside = 0.0;
@@ -181,6 +181,15 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         return score;
       };
       candidate.score = fitted(candidate.pose);
+      if (candidate.score < sure_part && index == p.top_level) {
+        // The least squares need to start on the right slope.
+        Candidate climbed = candidate;
+        climbed.pose = before;
+        climb(prepared, scene, climbed);
+        before = climbed.pose;
+        climbed.score = fitted(climbed.pose);
+        if (climbed.score > candidate.score) candidate = climbed;
+      }
       constexpr double doubtful = 0.7;
       if (candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
         // From further off all points together may find the slope that the agreeing ones do not see.
@@ -387,12 +396,11 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
     for (; next < peaks_.size() && candidates_.size() < batch; ++next) {
       const CoarseCandidate& peak = peaks_[next];
       if (wanted == 1 && led_clearly(peak)) break;
-      // A clear leader goes alone.
-      if (found_.empty() && wanted == 1 && !candidates_.empty() && peak.score < clear_lead * peaks_.front().score)
+      // Clear leaders go alone.
+      if (found_.empty() && candidates_.size() >= wanted && peak.score < clear_lead * candidates_[wanted - 1].coarse)
         break;
       if (near_settled(prepared, peak.pose)) continue;
       candidates_.push_back({peak.pose, 0.0, peak.score, {}});
-      climb(prepared, scene, candidates_.back());
     }
     if (candidates_.empty()) break;
     follow_down(prepared, scene, options, deadline, out.timed_out);
