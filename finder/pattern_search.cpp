@@ -181,7 +181,9 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         return score;
       };
       candidate.score = fitted(candidate.pose);
-      if (candidate.score < sure_part && index == p.top_level) {
+      // Where one is wanted, what agrees by less than half as much as a clearly good one is not tried any further.
+      const bool hopeless = wanted == 1 && best_score >= sure_part && candidate.score < 0.5 * best_score;
+      if (candidate.score < sure_part && index == p.top_level && !hopeless) {
         // The least squares need to start on the right slope.
         Candidate climbed = candidate;
         climbed.pose = before;
