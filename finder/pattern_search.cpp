@@ -180,9 +180,18 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         candidate.line = score >= sure_part ? GreyLine{result.gain, result.offset} : GreyLine{};
         return score;
       };
+      // Shading costs time: it is fitted where without it too little agrees.
+      fit.freedom.shading = false;
       candidate.score = fitted(candidate.pose);
+      fit.freedom.shading = true;
       // Where one is wanted, what agrees by less than half as much as a clearly good one is not tried any further.
       const bool hopeless = wanted == 1 && best_score >= sure_part && candidate.score < 0.5 * best_score;
+      if (candidate.score < sure_part && !hopeless) {
+        Candidate shaded = candidate;
+        shaded.pose = before;
+        shaded.score = fitted(shaded.pose);
+        if (shaded.score > candidate.score) candidate = shaded;
+      }
       if (candidate.score < sure_part && index == p.top_level && !hopeless) {
         // The least squares need to start on the right slope.
         Candidate climbed = candidate;
