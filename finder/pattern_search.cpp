@@ -303,11 +303,13 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
     }
   }
   bool independent = false;
-  // With scales to be found as well the few best points leave too much to the noise: all pixels beside them are used.
+  // With scales to be found as well the few best points leave too much to the noise, and so they do where pixels are
+  // not square, which the pattern's are: all pixels beside them are used.
   const bool scaled = prepared.freedom.scale_x || prepared.freedom.scale_y;
+  const bool oblong = scene.mapping->affine() && blurs_by_direction(*scene.mapping);
   const bool between_lines =
       scene.mapping->field() != Field::frame && !p.from_field && FieldFit::pays(projection, match.pose);
-  if (fit.ok && !p.edges && (between_lines || scaled)) {
+  if (fit.ok && !p.edges && (between_lines || scaled || oblong)) {
     FitOptions on_lines = options;
     on_lines.try_shading = false;
     on_lines.start = {fit.gain, fit.offset};
