@@ -394,6 +394,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   std::optional<Roi> region = options.region;
   if (rectified_.update(top, *scene.mapping, 0.5 * std::hypot(p.width, p.height) * p.pitch)) {
     task.projection = {&rectified_.mapping(), &rectified_.level(), p.pitch};
+    task.shown = &rectified_.shown();
     if (region) region = rectified_.region(*region);
   }
   task.region = region ? &*region : nullptr;
