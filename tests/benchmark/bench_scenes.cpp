@@ -26,6 +26,7 @@ struct Layout {
   int instances = 1;
   int clutter = 0;
   double limit = 45.0;  ///< degrees to either side
+  double quiet = -1.0;  ///< a part's own ground around it, pixels; negative: the clutter goes on under the part
 };
 
 /// Instances in a regular grid, each turned otherwise, over clutter all around.
@@ -46,6 +47,11 @@ render::Picture picture_of(const Layout& layout) {
     item.pose.x = layout.width * (i % columns + 0.5) / columns + 0.3;
     item.pose.y = layout.height * (i / columns + 0.5) / rows - 0.2;
     item.pose.angle_deg = std::remainder(17.0 + 47.0 * i, 2.0 * (layout.limit - 2.0));
+    if (layout.quiet >= 0.0) {
+      const double w = item.drawing.width / 2.0 + layout.quiet;
+      const double h = item.drawing.height / 2.0 + layout.quiet;
+      scene.items.push_back({{{{{render::rectangle(-w, -h, w, h)}, scene.background}}, 2 * w, 2 * h}, item.pose});
+    }
     scene.items.push_back(item);
   }
   render::Sensor sensor;
@@ -110,13 +116,15 @@ void match_template(benchmark::State& state, const Layout& layout) {
 
 constexpr Range no_scale{1.0, 1.0};
 const Layout plain;
-const Layout crowded{640, 480, 150.0, 1, 120, 45.0};
+const Layout crowded{640, 480, 150.0, 1, 120, 45.0, 10.0};
+const Layout crowded_under{640, 480, 150.0, 1, 120, 45.0};
 const Layout large{2448, 2048, 250.0, 1, 150, 180.0};
 const Layout large_eight{2448, 2048, 250.0, 8, 150, 180.0};
 const Layout scaled{640, 480, 150.0, 1, 25, 45.0};
 
 BENCHMARK_CAPTURE(search, empty_background, plain, no_scale)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(search, dense_clutter, crowded, no_scale)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(search, dense_clutter_under_the_part, crowded_under, no_scale)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(search, both_scales, scaled, Range{0.8, 1.2})->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(match_template, 640x480, scaled)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(search, 2448x2048_full_circle, large, no_scale)->Unit(benchmark::kMillisecond);
