@@ -90,7 +90,9 @@ struct CameraDescription {
   std::string serial;
   std::string address;                ///< network address or bus
   std::vector<CameraFormat> formats;  ///< none where they cannot be asked for
-  std::string problem;                ///< why it cannot be opened now ("held by another program"), else empty
+  Clock clock = Clock::none;          ///< of the frames' timestamps, where that can be asked for
+  StampedAt stamped_at = StampedAt::unknown;
+  std::string problem;  ///< why it cannot be opened now ("held by another program"), else empty
 };
 
 /// All cameras that this program was built for and that can be seen now: V4L2 devices, then GigE cameras. Takes about a

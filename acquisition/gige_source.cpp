@@ -12,6 +12,7 @@
 #include "acquisition/buffer_pool.h"
 #include "acquisition/errors.h"
 #include "acquisition/gige_camera.h"
+#include "acquisition/gige_field_count.h"
 #include "acquisition/gige_frame_count.h"
 #include "acquisition/network_path.h"
 #include "acquisition/weave.h"
@@ -145,9 +146,8 @@ class GigeSource final : public FrameSource {
   }
 
   void describe() {
-    const bool single = setup_.fields == Fields::top || setup_.fields == Fields::bottom;
     info_.width = setup_.width;
-    info_.height = setup_.height * (single ? 2 : 1);
+    info_.height = setup_.height * (is_single(setup_.fields) ? 2 : 1);
     info_.bits = setup_.pixels.bits;
     info_.order = setup_.order;
     info_.live = true;
@@ -217,8 +217,7 @@ class GigeSource final : public FrameSource {
     FrameInfo info;
     info.arrival_ns = monotonic_now_ns();
     info.order = setup_.order;
-    if (setup_.fields == Fields::top) info.field = Field::top;
-    if (setup_.fields == Fields::bottom) info.field = Field::bottom;
+    if (is_single(setup_.fields)) info.field = setup_.fields == Fields::bottom ? Field::bottom : Field::top;
     const ArvBufferStatus status = arv_buffer_get_status(buffer);
     last_sign_ = SteadyClock::now();
     waiting_for_trigger_ = false;
@@ -230,14 +229,23 @@ class GigeSource final : public FrameSource {
       if (is_frame) {
         bool known = false;
         info.status = FrameStatus::incomplete;
-        info.sequence = count_.of_broken_frame(arv_buffer_get_frame_id(buffer), known);
+        const std::uint64_t id = arv_buffer_get_frame_id(buffer);
+        if (setup_.fields == Fields::in_turn) {
+          put(field_count_.of_broken_field(id, known), info);
+        } else {
+          info.sequence = count_.of_broken_frame(id, known);
+        }
         if (known) stamp(buffer, info);
         frame.emplace(nullptr, 0, ImageView{}, info);
       }
       arv_stream_push_buffer(stream_.get(), buffer);
       return frame;
     }
-    info.sequence = count_.of_whole_frame(arv_buffer_get_frame_id(buffer));
+    if (setup_.fields == Fields::in_turn) {
+      put(field_count_.of_whole_field(arv_buffer_get_frame_id(buffer)), info);
+    } else {
+      info.sequence = count_.of_whole_frame(arv_buffer_get_frame_id(buffer));
+    }
     stamp(buffer, info);
     const std::optional<ImageView> raw = image_of(buffer);
     if (!raw) {
@@ -250,6 +258,13 @@ class GigeSource final : public FrameSource {
     Frame lease(buffers_, index, *raw, info);
     if (!converted_) return lease;
     return converted(lease);
+  }
+
+  /// The first field of a frame is the earlier one.
+  void put(const GigeFieldCount::Place& place, FrameInfo& info) const {
+    info.sequence = place.frame;
+    const bool top = place.second == (setup_.order == FieldOrder::bottom_first);
+    info.field = top ? Field::top : Field::bottom;
   }
 
   static void stamp(ArvBuffer* buffer, FrameInfo& info) {
@@ -314,6 +329,7 @@ class GigeSource final : public FrameSource {
   std::shared_ptr<StreamBuffers> buffers_;
   ObjectPtr<ArvStream> stream_;
   GigeFrameCount count_;
+  GigeFieldCount field_count_;  // instead, where fields come in turn
   std::uint64_t short_frames_ = 0;
   SteadyClock::time_point last_sign_;
   SteadyClock::time_point next_trigger_;

@@ -140,6 +140,7 @@ void RecordingWriter::append(const ImageView& image, const FrameInfo& info) {
   tag.field = info.field;
   tag.order = info.order;
   tag.empty = image.empty();
+  tag.stamped_at = info.stamped_at;
   state.write(format_y4m_frame_line(tag), state.whole_frame(image, info.field), header.luma_bytes);
   ++state.frames;
 }

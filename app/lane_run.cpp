@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/errors.h"
+#include "acquisition/timestamp.h"
 #include "app/source_mapping.h"
 
 namespace vsfind {
@@ -30,6 +31,7 @@ LaneRun::LaneRun(const Lane& lane, std::size_t index, const PipelineOptions& opt
 void LaneRun::capture() {
   std::shared_ptr<const SourceInfo> info;
   while (auto frame = lane_.source->next()) {
+    if (!info) spdlog::info("{}: {}", name_, timestamp_text(frame->info().clock, frame->info().stamped_at));
     if (!info || *info != lane_.source->info()) info = std::make_shared<const SourceInfo>(lane_.source->info());
     watch(*frame);
     Captured captured{std::move(*frame), info};

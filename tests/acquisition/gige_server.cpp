@@ -63,9 +63,11 @@ void fill(ArvBuffer* buffer, void* data, guint32 /*exposure*/, guint32 /*gain*/,
     vsfind::test::fill_numbered(bytes, size, static_cast<std::uint32_t>(arv_buffer_get_frame_id(buffer)));
     return;
   }
-  const auto& frame = camera.frames[camera.sent++ % camera.frames.size()];
   std::uint32_t mode = deinterlaced;
   if (camera.interlaced) arv_fake_camera_read_register(camera.fake, field_mode_register, &mode);
+  const std::uint64_t number = camera.sent++;
+  const auto& frame = camera.frames[(mode == field0_first ? number / 2 : number) % camera.frames.size()];
+  if (mode == field0_first) mode = number % 2 == 0 ? field0 : field1;
   for (std::size_t y = 0; y < rows; ++y) {
     const std::size_t from = source_row(mode, y, rows) * width;
     if (from + width <= frame.size()) std::memcpy(bytes + y * width, frame.data() + from, width);
