@@ -8,6 +8,7 @@
 #include <arv.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -33,7 +34,7 @@ enum FieldMode : std::uint32_t { field0, field1, field0_first, concatenated, dei
 
 struct Camera {
   std::vector<std::vector<std::byte>> frames;  // Mono8, of the size served; none: hashes
-  ArvFakeCamera* fake = nullptr;
+  std::atomic<ArvFakeCamera*> fake = nullptr;  // set while the server's thread runs
   bool interlaced = false;
   std::uint64_t sent = 0;
 };
