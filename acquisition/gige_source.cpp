@@ -23,8 +23,9 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Frames that the rest of the program may hold while the camera still finds all its buffers free.
-constexpr int lent_at_once = 8;
+/// Frames that the rest of the program may hold beside those that wait, while the camera still finds all its buffers
+/// free.
+constexpr int lent_beside = 4;
 constexpr std::uint64_t poll_us = 50'000;  // how long stop() may take to be noticed
 
 std::int64_t monotonic_now_ns() {
@@ -90,7 +91,7 @@ class GigeSource final : public FrameSource {
     setup_ = set_up(camera_.get(), info_.name, settings);
     describe();
     if (!setup_.pixels.direct() || setup_.fields == Fields::concatenated)
-      converted_ = BufferPool::create(static_cast<std::uint32_t>(settings.buffers + lent_at_once));
+      converted_ = BufferPool::create(static_cast<std::uint32_t>(settings.buffers + lent_at_once()));
     start();
   }
 
@@ -156,6 +157,10 @@ class GigeSource final : public FrameSource {
       info_.frame_rate = {std::llround(setup_.frame_rate * milli), 1000};
   }
 
+  [[nodiscard]] int lent_at_once() const {
+    return lent_beside + static_cast<int>(frames_that_may_wait(info_.frame_rate));
+  }
+
   void start() {
     CallError error;
     stream_.reset(arv_camera_create_stream(camera_.get(), on_stream_event, this, error.out()));
@@ -176,7 +181,7 @@ class GigeSource final : public FrameSource {
                  settings_.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
                  nullptr);
     arv_stream_start_thread(stream_.get());
-    buffers_ = std::make_shared<StreamBuffers>(stream_.get(), settings_.buffers + (converted_ ? 0 : lent_at_once),
+    buffers_ = std::make_shared<StreamBuffers>(stream_.get(), settings_.buffers + (converted_ ? 0 : lent_at_once()),
                                                setup_.payload);
     g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost", G_CALLBACK(on_control_lost), this);
     arv_camera_start_acquisition(camera_.get(), error.out());
