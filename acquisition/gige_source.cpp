@@ -298,7 +298,10 @@ class GigeSource final : public FrameSource {
     const bool padded = padding_x > 0 && pixels->packing == GigePixels::Packing::plain;
     const std::size_t row = pixels->bytes(width, 1) + (padded ? static_cast<std::size_t>(padding_x) : 0);
     const std::size_t needed = padded ? row * static_cast<std::size_t>(height) : pixels->bytes(width, height);
-    if (bytes < needed) return std::nullopt;
+    // What the image should have, and what really came: cut packets are complete in all but their bytes.
+    std::size_t received = 0;
+    static_cast<void>(arv_buffer_get_data(buffer, &received));
+    if (bytes < needed || received < needed) return std::nullopt;
     return ImageView{data, width, height, static_cast<std::ptrdiff_t>(row), pixels->bits};
   }
 

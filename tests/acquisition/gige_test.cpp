@@ -243,6 +243,56 @@ TEST_F(Gige, LostPacketsMakeIncompleteFramesAndNoWrongOnes) {
   EXPECT_GT(incomplete, 30);  // of 53 packets, all arrive in 7 frames of 100
 }
 
+TEST_F(Gige, PacketsThatThePathCutsMakeNoWrongFrames) {
+  struct WholeAgain {
+    ~WholeAgain() { test::set_mtu(65536); }
+  } at_the_end;
+  const GigeServer server({"127.0.0.1", "A1", "320x240", "100"});
+  for (const bool past_the_kernel : {true, false}) {
+    SCOPED_TRACE(past_the_kernel);
+    test::set_mtu(65536);
+    CameraSettings settings;
+    settings.packet_size = 9000;
+    if (!past_the_kernel) settings.packet_socket = false;
+    settings.packet_resend = false;
+    const auto source = open_gige("127.0.0.1", settings);
+    int good_before = 0;
+    int others_after = 0;
+    for (int i = 0; i < 60; ++i) {
+      if (i == 20) test::set_mtu(1500);  // as if a cable went through another switch now
+      const auto frame = source->next();
+      ASSERT_TRUE(frame);
+      std::uint32_t id = 0;
+      if (frame->info().status == FrameStatus::good) {
+        EXPECT_TRUE(is_exact(*frame, id)) << i;
+        if (i < 20) ++good_before;
+      } else if (i > 25) {
+        ++others_after;
+      }
+    }
+    EXPECT_GT(good_before, 5);
+    // The kernel puts the pieces together again; past it they cannot be told from whole packets but by their size.
+    if (past_the_kernel) {
+      EXPECT_GT(others_after, 10);
+    }
+  }
+}
+
+TEST_F(Gige, AHardwareTriggerMayWaitForEver) {
+  const GigeServer server({"127.0.0.1", "A1", "64x48", "100"});
+  CameraSettings settings;
+  settings.trigger = "Line0";
+  settings.frame_timeout_s = 0.1;
+  const auto source = open_gige("127.0.0.1", settings);
+  EXPECT_FALSE(source->info().frame_rate.known());
+  std::thread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    source->stop();
+  });
+  EXPECT_FALSE(source->next());  // no trigger came, and none is missed
+  later.join();
+}
+
 /// Frames of an interlaced camera against the recording that it shows.
 class GigeInterlaced : public Gige {
  protected:
