@@ -35,7 +35,8 @@ struct CameraSettings {
   std::optional<double> gain;         ///< in the camera's unit; switches automatic gain off
   std::string trigger;                ///< "off" (also when empty), "software", or a hardware line: "Line1"
   double trigger_rate = 0.0;  ///< software triggers per second that the source fires itself; 0: as fast as frames come
-  std::string field_order;    ///< V4L2: as its field orders are called ("interlaced", "alternate", …)
+  std::string field_order;    ///< V4L2: as its field orders are called ("interlaced", "alternate", …); GigE:
+                              ///< "interlaced-tb", "interlaced-bt": whether the top or the bottom field is the earlier
   std::string input;          ///< V4L2: name or number of the input
   std::string standard;       ///< V4L2: "PAL", "NTSC", …
   std::vector<CameraControl> controls;  ///< set in this order, after all of the above

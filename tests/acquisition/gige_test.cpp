@@ -469,7 +469,7 @@ TEST_F(GigeFaults, AnAbsentCameraIsWaitedForAndAKilledOneComesBack) {
   EXPECT_LE(*last_, before + 100 * 20);
   const double seconds = std::chrono::duration<double>(returned - back).count();
   RecordProperty("seconds_to_return", std::to_string(seconds));
-  EXPECT_LT(seconds, 6.0);  // 0.5 s where the machine is not busy
+  EXPECT_LT(seconds, 2.0);  // 0.7 s, on a busy machine, too
   read(10);
   EXPECT_THAT(source_->statistics(), HasSubstr("reopened 1 times"));
   source_.reset();  // before the camera: one that is gone costs seconds of asking it to stop
