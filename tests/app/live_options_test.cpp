@@ -37,7 +37,8 @@ class LiveConfig : public testing::Test {
 TEST_F(LiveConfig, OneSource) {
   const LiveRequest request = load(
       "source: gige:10.0.0.2\nmodel: part.vsm\nsize: 640x480\noffset: [8, 16]\nexposure: 1500\ngain: 2.5\n"
-      "control: {BlackLevel: 3, GammaEnable: true}\ntrigger: Line1\nrotate: [day, 5MB]\nrotate_keep: 30\ngive_up_after: 60\n"
+      "control: {BlackLevel: 3, GammaEnable: true}\ntrigger: Line1\nrotate: [day, 5MB]\nrotate_keep: "
+      "30\ngive_up_after: 60\n"
       "packet_socket: off\nrecord: rec.y4m\nframes: 7\nseconds: 1.5\n");
   EXPECT_THAT(request.uris, ElementsAre("gige:10.0.0.2"));
   const CameraSettings& camera = request.common.camera;
