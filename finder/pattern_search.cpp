@@ -202,7 +202,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         if (climbed.score > candidate.score) candidate = climbed;
       }
       constexpr double doubtful = 0.7;
-      if (candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
+      constexpr double nothing = 0.15;
+      if (candidate.score > nothing && candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
         // From further off all points together may find the slope that the agreeing ones do not see.
         Pose other = before;
         FitOptions all = fit;
@@ -232,7 +233,9 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     candidates_.clear();
     // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
     // next.
-    const double least = 0.25 * options.min_score;
+    constexpr double least_of_last = 0.22;
+    const double least =
+        std::max(0.25 * options.min_score, index <= 1 ? std::min(least_of_last, 0.7 * options.min_score) : 0.0);
     double best = kept_.empty() ? 0.0 : kept_.front().score;
     for (const Found& each : found_) best = std::max(best, each.explained);
     const double window = wanted == 1 ? best * (best > sure_part ? 0.85 : 0.6) : 0.0;
