@@ -141,13 +141,12 @@ std::string as_text(const Table& table) {
 
 std::string stage_title(const StageTest& test) {
   const auto& [run, a] = test;
-  const std::size_t steps = a.frames > 1 ? a.frames - 1 : 1;
+  const double step = a.travel / std::max(1.0, a.steps);
   if (a.kind == StageKind::linear) {
-    return fmt::format("Translation test: {} images, steps of {} {}, {} deg from +x", a.frames,
-                       fixed(a.travel / static_cast<double>(steps), 4), run.unit, fixed(a.direction_deg, 1));
+    return fmt::format("Translation test: {} images, steps of {} {}, {} deg from +x", a.frames, fixed(step, 4),
+                       run.unit, fixed(a.direction_deg, 1));
   }
-  return fmt::format("Rotation test: {} images, steps of {} deg", a.frames,
-                     fixed(a.travel / static_cast<double>(steps), 4));
+  return fmt::format("Rotation test: {} images, steps of {} deg", a.frames, fixed(step, 4));
 }
 
 std::string reference_of(const StageTest& test) {

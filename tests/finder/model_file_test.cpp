@@ -128,6 +128,16 @@ TEST_F(ModelFile, EveryBadValueIsNamed) {
   EXPECT_THAT(complaint(), testing::HasSubstr("no vsfind model"));
 }
 
+// Made before there was a field, a picture of a look-alike, or much else: what it lacks has a default.
+TEST_F(ModelFile, OfAnEarlierVsfindIsRead) {
+  const Pattern old = load_model(VSFIND_SOURCE_DIR "/tests/fuzz/corpus/model/small.vsm");
+  EXPECT_EQ(old.name, "m");
+  EXPECT_EQ(old.angle_deg.max, 5.0);
+  EXPECT_FALSE(old.sets.empty());
+  save_model(old, path_);
+  EXPECT_EQ(load_model(path_).sets.size(), old.sets.size());
+}
+
 TEST_F(ModelFile, FilesThatCannotBeReadOrWrittenAreInputAndOutput) {
   EXPECT_THROW(static_cast<void>(load_model((folder_ / "none.vsm").string())), IoError);
   EXPECT_THROW(static_cast<void>(load_model(folder_.string())), IoError);

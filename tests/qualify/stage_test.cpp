@@ -99,6 +99,7 @@ StageRun run_of(StageKind kind, int steps, double noise, bool fiducials) {
   render::Random random(5);
   for (int i = 0; i < steps; ++i) {
     StageFrame& frame = run.frames.emplace_back();
+    frame.step = i;
     const double angle = kind == StageKind::rotary ? 0.5 * i : 0.0;
     const Pose body{100.0 + (kind == StageKind::linear ? 0.3 * i : 0.0),
                     80.0 + (kind == StageKind::linear ? 0.4 * i : 0.0), angle, 1.0, 1.0};
