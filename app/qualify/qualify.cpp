@@ -43,7 +43,7 @@ QualifyResults qualify_simulation(const QualifyRequest& request) {
       wanted.fiducials = request.fiducials;
       wanted.truth = stage->truth;
       row.name = options.name;
-      row.points = refine_points(*wanted.pattern);
+      row.points = pose_points(*wanted.pattern);
       const auto source = open_stage(*stage);
       StageRun run = std::move(run_stage(*source, {wanted}).front());
       StageAnalysis analysis = analyse_stage(run, stage->kind);
@@ -110,7 +110,7 @@ QualifyResults qualify_sequence(const QualifyRequest& request) {
     QualifyRow& row = results.rows.emplace_back();
     row.name = run.pattern->name;
     row.accuracy = run.pattern->accuracy;
-    row.points = refine_points(*run.pattern);
+    row.points = pose_points(*run.pattern);
     (request.stage == StageKind::linear ? row.linear : row.rotary) = StageTest{std::move(run), std::move(analysis)};
   }
   std::string models;

@@ -212,10 +212,10 @@ void write_measured(const QualifyResults& results, const std::string& path) {
 
 }  // namespace
 
-std::size_t refine_points(const Pattern& pattern) {
+std::size_t pose_points(const Pattern& pattern) {
   std::size_t points = 0;
   for (const auto& set : pattern.sets) {
-    if (set.use == PointUse::refine) points = std::max(points, set.points.size());
+    if (set.use == PointUse::refine || set.use == PointUse::outline) points += set.points.size();
   }
   return points;
 }
@@ -269,10 +269,10 @@ void write_qualify_report(const QualifyResults& results, const std::string& fold
       "centres, and centres to one position and, by least squares, one angle.");
   page.paragraph(
       "The bound is that of Cramér and Rao: no unbiased method can do better from these pixels. It counts all pixels "
-      "of "
-      "the pattern with the noise measured in the images, position, angle where it is searched, gain and offset "
-      "unknown; "
-      "beside the fiducials their own predicted noise is added. A sample of 20 images tells an S.D. to about 16%.");
+      "inside the region that was taught, with the noise measured in the images; position, angle where it is searched, "
+      "gain and offset are unknown; beside the fiducials their own predicted noise is added. The finder's own "
+      "prediction counts the points that it uses, and the noise of the training image. A sample of 20 images tells an "
+      "S.D. to about 16%.");
   std::vector<std::vector<std::string>> settings;
   settings.reserve(results.settings.size());
   for (const auto& [what, value] : results.settings) settings.push_back({what, value});

@@ -40,17 +40,18 @@ TEST(ImageNoise, OfPicturesWithoutAny) {
 }
 
 /// The pattern as far as the bound looks at it.
-Pattern outline_191() {
+Pattern outline(double side) {
   Pattern pattern;
-  pattern.width = pattern.height = 191.0;
-  pattern.left = pattern.top = -95.5;
+  pattern.width = pattern.height = side;
+  pattern.left = pattern.top = -side / 2.0;
   return pattern;
 }
 
-TEST(PoseBound, IsThatOfTheEdgesInClosedForm) {
+/// Of the bull's-eye's edges, whose outermost ones count by `outermost`, in closed form.
+void expect_bound_of_edges(double side, double outermost) {
   PoseBoundEstimator estimator;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    estimator.add(bullseye_picture(2.0, seed).view(), {}, outline_191(), {319.7, 239.2, 1.0, 1.0, 1.0}, 2.02);
+    estimator.add(bullseye_picture(2.0, seed).view(), {}, outline(side), {319.7, 239.2, 1.0, 1.0, 1.0}, 2.02);
   }
   // A Gaussian edge of 160 levels holds 160² / (2·√π·s) / noise² of information per pixel of its length; s is optics
   // and pixel together. Ten vertical edges tell x, all twenty the angle.
@@ -59,8 +60,9 @@ TEST(PoseBound, IsThatOfTheEdgesInClosedForm) {
   double length = 0.0;
   double moment = 0.0;
   for (const double half : {95.5, 75.5, 55.5, 35.5, 15.5}) {
-    length += 4.0 * half;
-    moment += 8.0 / 3.0 * half * half * half;
+    const double part = half == 95.5 ? outermost : 1.0;
+    length += part * 4.0 * half;
+    moment += part * 8.0 / 3.0 * half * half * half;
   }
   const PoseBound with = estimator.bound(true);
   EXPECT_NEAR(with.x, 1.0 / std::sqrt(length * per_pixel), 0.06 * with.x);
@@ -71,11 +73,19 @@ TEST(PoseBound, IsThatOfTheEdgesInClosedForm) {
   EXPECT_EQ(without.angle_deg, 0.0);
 }
 
+TEST(PoseBound, IsThatOfTheEdgesInClosedForm) { expect_bound_of_edges(197.0, 1.0); }
+
+// What lies outside was not taught: of an edge on the border one flank counts.
+TEST(PoseBound, EndsAtThePatternsBorder) {
+  expect_bound_of_edges(191.0, 0.5);
+  expect_bound_of_edges(181.0, 0.0);
+}
+
 TEST(PoseBound, GrowsWithTheNoise) {
   double last = 0.0;
   for (const double noise : {1.0, 2.0, 4.0, 8.0}) {
     PoseBoundEstimator estimator;
-    estimator.add(bullseye_picture(noise).view(), {}, outline_191(), {319.7, 239.2, 1.0, 1.0, 1.0}, noise);
+    estimator.add(bullseye_picture(noise).view(), {}, outline(191.0), {319.7, 239.2, 1.0, 1.0, 1.0}, noise);
     const double x = estimator.bound(true).x;
     EXPECT_GT(x, 1.8 * last);
     last = x;
@@ -85,7 +95,7 @@ TEST(PoseBound, GrowsWithTheNoise) {
 TEST(PoseBound, OfNothing) {
   PoseBoundEstimator estimator;
   EXPECT_EQ(estimator.bound(true).x, 0.0);
-  estimator.add(render::Picture(640, 480, 8).view(), {}, outline_191(), {319.7, 239.2, 1.0, 1.0, 1.0}, 1.0);
+  estimator.add(render::Picture(640, 480, 8).view(), {}, outline(191.0), {319.7, 239.2, 1.0, 1.0, 1.0}, 1.0);
   EXPECT_EQ(estimator.bound(true).x, 0.0);
 }
 
