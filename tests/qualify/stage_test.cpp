@@ -12,6 +12,7 @@
 #include "app/render/patterns.h"
 #include "app/render/random.h"
 #include "app/render/sensor.h"
+#include "finder/train.h"
 
 namespace vsfind {
 namespace {
@@ -164,6 +165,46 @@ TEST(StageAnalysis, FramesWithoutPatternOrFiducialsAreLeftOut) {
   EXPECT_TRUE(std::isnan(analysis.relative_x.values[6]));
   for (std::size_t i = 2; i < 10; ++i) run.frames[i].match.reset();
   EXPECT_THROW(static_cast<void>(analyse_stage(run, StageKind::linear)), UsageError);
+}
+
+/// A simulated stage's pictures without some of them: as the camera counts, those were lost or damaged.
+class Lossy final : public FrameSource {
+ public:
+  explicit Lossy(const SimulatedStage& stage) : stage_(open_stage(stage)) {}
+  [[nodiscard]] const SourceInfo& info() const override { return stage_->info(); }
+  std::optional<Frame> next() override {
+    auto frame = stage_->next();
+    if (frame && frame->info().sequence == 2) frame = stage_->next();  // lost
+    if (!frame || frame->info().sequence != 4) return frame;
+    FrameInfo damaged = frame->info();
+    damaged.status = FrameStatus::incomplete;
+    return Frame(nullptr, 0, {}, damaged);
+  }
+  void stop() noexcept override {}
+
+ private:
+  std::unique_ptr<FrameSource> stage_;
+};
+
+TEST(StageRun, StepsThatTheCameraLostAreCounted) {
+  SimulationOptions options;
+  options.steps = 8;
+  const Simulation simulation = simulate_stages(options);
+  TrainOptions training;
+  training.roi = simulation.roi;
+  StageRequest wanted;
+  wanted.pattern = std::make_shared<const Pattern>(train(simulation.training.view(), Mapping(), training));
+  Lossy source(simulation.linear);
+  const auto runs = run_stage(source, {wanted}, 5);
+  ASSERT_EQ(runs.size(), 1U);
+  std::vector<double> steps;
+  for (const auto& frame : runs[0].frames) steps.push_back(frame.step);
+  EXPECT_EQ(steps, (std::vector<double>{0.0, 1.0, 3.0, 5.0, 6.0}));
+  EXPECT_EQ(runs[0].bad_frames, 1U);
+  const StageAnalysis analysis = analyse_stage(runs[0], StageKind::linear);
+  EXPECT_EQ(analysis.steps, 6.0);
+  EXPECT_NEAR(analysis.travel, 6.0 * simulation_step_px, 0.01);
+  EXPECT_LT(analysis.pattern_along.spread.max, 0.02);
 }
 
 TEST(QualifyOptions, ListOfAccuracies) {
