@@ -181,7 +181,7 @@ void add_test(Page& page, const StageTest& test, const SourceMapping& mapping, c
   }
   const cv::Mat picture = stage_picture(run, mapping);
   write_png(folder + "/" + name + "-picture.png", picture);
-  page.gallery_picture(for_gallery(picture), "The first image: the pattern as found, the fiducials numbered.");
+  page.picture(for_gallery(picture), "The first image: the pattern as found, the fiducials numbered.");
 }
 
 void write_measured(const QualifyResults& results, const std::string& path) {
@@ -208,6 +208,31 @@ void write_measured(const QualifyResults& results, const std::string& path) {
           value(known, truth.x), value(known, truth.y), value(known, truth.angle_deg)));
     }
   }
+}
+
+/// S.D. beside what the noise allows: of the pattern alone where the truth is known, else with the fiducials' own
+/// noise.
+void add_key_figures(std::vector<Page::Figure>& figures, const StageTest& test) {
+  const auto& [run, a] = test;
+  const std::string what = a.kind == StageKind::linear ? "translation" : "rotation";
+  const bool truth = a.truth_x.spread.count > 0;
+  const bool fiducials = !truth && a.with_fiducials > 0;
+  const auto number = [](double value, const std::string& unit) { return fixed(value, place) + " " + unit; };
+  const std::string of = truth       ? " against the truth"
+                         : fiducials ? " relative to the fiducials"
+                                     : " from the straight line";
+  if (a.kind == StageKind::linear || truth || fiducials) {
+    figures.push_back(
+        {number(truth ? per_axis(a.truth_x, a.truth_y) : position_sd(a), run.unit), what + ": S.D. in position" + of});
+    figures.push_back({number(std::hypot(bound_of(run.bound), fiducials ? a.fiducial_sigma : 0.0), run.unit),
+                       "the least that the noise allows"});
+  }
+  if (run.angle_searched) {
+    figures.push_back({number(truth ? a.truth_angle.spread.sd : angle_sd(a), "deg"), what + ": S.D. in angle"});
+    figures.push_back({number(std::hypot(run.bound.angle_deg, fiducials ? a.fiducial_sigma_angle_deg : 0.0), "deg"),
+                       "the least that the noise allows"});
+  }
+  figures.push_back({fixed(a.median_ms, 2) + " ms", what + ": search time"});
 }
 
 }  // namespace
@@ -239,13 +264,7 @@ void write_qualify_report(const QualifyResults& results, const std::string& fold
   const QualifyRow& last = results.rows.back();
   std::vector<Page::Figure> figures;
   for (const auto* test : {&last.linear, &last.rotary}) {
-    if (!*test) continue;
-    const auto& [run, a] = **test;
-    const std::string what = a.kind == StageKind::linear ? "translation test" : "rotation test";
-    figures.push_back({fixed(position_sd(a), 4) + " " + run.unit, "S.D. in position, " + what});
-    if (run.angle_searched) figures.push_back({fixed(angle_sd(a), 4) + " deg", "S.D. in angle, " + what});
-    figures.push_back({fixed(bound_of(run.bound), 4) + " " + run.unit, "bound of the pattern's position, " + what});
-    figures.push_back({fixed(a.median_ms, 2) + " ms", "search time, " + what});
+    if (*test) add_key_figures(figures, **test);
   }
   page.key_figures(figures);
   for (const StageKind kind : {StageKind::linear, StageKind::rotary}) {
