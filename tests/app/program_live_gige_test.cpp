@@ -81,13 +81,17 @@ class LiveGige : public testing::Test {
 
 TEST_F(LiveGige, RowsAreThoseOfTheFramesServedAndOfTheRecordingMade) {
   const GigeServer camera(server("127.0.0.1", "40"));
-  const Outcome outcome = vsfind(live({"--source", "gige:127.0.0.1", "--frames", "30", "--record", part_ / "rec.y4m"}));
+  const Outcome outcome = vsfind(live(
+      {"--source", "gige:127.0.0.1", "--frames", "30", "--record", part_ / "rec.y4m", "--report", part_ / "report"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   const auto rows = csv_rows(outcome.out);
   ASSERT_EQ(rows.size(), 30U);
   expect_replayed(rows);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("30 frames: "), HasSubstr("latency median"), HasSubstr("gige:127.0.0.1: "),
                                  HasSubstr("frames complete")));
+  const std::string page = read_file(part_ / "report/report.html");
+  for (const char* words : {"gige:127.0.0.1", "<b>30</b>", "Latency", "Weakest matches", "Failures", "</html>"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
   const auto again = csv_rows(vsfind({"replay", part_ / "rec.y4m", "--model", part_.model()}).out);
   ASSERT_EQ(again.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
