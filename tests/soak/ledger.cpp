@@ -1,6 +1,7 @@
 #include "tests/soak/ledger.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -146,6 +147,8 @@ void Ledger::follow(const SoakRow& row) {
     }
     if (expected.empty()) {
       ++breaks_;
+      where_broken_ += fmt::format(", from frame {} (picture {}) to {} ({})", *last_good_, fmt::join(phases_, "/"),
+                                   row.frame, fmt::join(now, "/"));
     } else {
       now = expected;
     }
@@ -222,7 +225,8 @@ void Ledger::settle(const std::string& log, int exit_code) {
   if (gaps_ > told_missing || told_missing - gaps_ > told_.reopened + repeated_)
     fault(fmt::format("{} frames are missing, {} lost and {} dropped are told", gaps_, told_.lost, told_.dropped));
   if (breaks_ > told_.reopened)
-    fault(fmt::format("the pictures' order begins anew {} times, {} returns are told", breaks_, told_.reopened));
+    fault(fmt::format("the pictures' order begins anew {} times, {} returns are told{}", breaks_, told_.reopened,
+                      where_broken_));
   if (told_.unwritten != missing_rows_ + missing_frames_)
     fault(fmt::format("{} rows and {} recorded frames are missing on the disk, {} are told", missing_rows_,
                       missing_frames_, told_.unwritten));

@@ -58,6 +58,7 @@ class Ledger {
   std::uint64_t gaps_ = 0;      ///< frames that the rows' numbers jump over
   std::uint64_t repeated_ = 0;  ///< broken frames under the number of another one
   std::uint64_t breaks_ = 0;    ///< places where the camera's order of pictures begins anew
+  std::string where_broken_;
   std::uint64_t missing_rows_ = 0;
   std::uint64_t missing_frames_ = 0;
   std::uint64_t recorded_ = 0;
