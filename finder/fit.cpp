@@ -58,6 +58,7 @@ using Coefficients = std::array<double, most_columns>;
 /// The solution of a symmetric positive system given as its lower rows (Cholesky); false where it has none.
 bool solve(const double* lower, int n, const double* right, Coefficients& x) {
   double l[most_columns][most_columns];
+  double per_diagonal[most_columns];
   for (int r = 0; r < n; ++r) {
     for (int s = 0; s <= r; ++s) {
       double sum = *lower++;
@@ -65,33 +66,27 @@ bool solve(const double* lower, int n, const double* right, Coefficients& x) {
       for (int k = 0; k < s; ++k) sum -= l[r][k] * l[s][k];
       if (r == s) {
         if (!(sum > 0.0)) return false;
-        l[r][r] = std::sqrt(sum);
+        per_diagonal[r] = 1.0 / std::sqrt(sum);
       } else {
-        l[r][s] = sum / l[s][s];
+        l[r][s] = sum * per_diagonal[s];
       }
     }
   }
   for (int r = 0; r < n; ++r) {
     double sum = right[r];
     for (int k = 0; k < r; ++k) sum -= l[r][k] * x[static_cast<std::size_t>(k)];
-    x[static_cast<std::size_t>(r)] = sum / l[r][r];
+    x[static_cast<std::size_t>(r)] = sum * per_diagonal[r];
   }
   for (int r = n - 1; r >= 0; --r) {
     double sum = x[static_cast<std::size_t>(r)];
     for (int k = r + 1; k < n; ++k) sum -= l[k][r] * x[static_cast<std::size_t>(k)];
-    x[static_cast<std::size_t>(r)] = sum / l[r][r];
+    x[static_cast<std::size_t>(r)] = sum * per_diagonal[r];
   }
   return std::all_of(x.begin(), x.begin() + n, [](double each) { return std::isfinite(each); });
 }
 
 /// How much of the pattern's contrast a point may be off while the pose is still rough.
 double rough_part(int iteration) { return iteration == 0 ? 0.6 : iteration == 1 ? 0.45 : 0.35; }
-
-float median_of(std::vector<float>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 }  // namespace
 
@@ -184,13 +179,10 @@ void PoseFit::update_turn_column(const PointArrays& points, const Pose& pose) {
 }
 
 float PoseFit::spread_of_residuals(int trusted, double within) {
-  scratch_.clear();
-  const auto limit = static_cast<float>(within);
-  for (std::size_t k = 0; k < static_cast<std::size_t>(trusted); ++k) {
-    const float off = std::abs(residual_[k]);
-    if (inside_[k] > 0.0F && off < limit) scratch_.push_back(off);
-  }
-  return scratch_.empty() ? -1.0F : 1.4826F * median_of(scratch_);
+  scratch_.resize(residual_.size());
+  const float median =
+      kernels::median_below(residual_.data(), inside_.data(), static_cast<float>(within), trusted, scratch_.data());
+  return 1.4826F * median;
 }
 
 FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, const Reader& reader,
@@ -220,11 +212,21 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   Coefficients step{};
   double before = 0.0;  // how far the last step reached
   double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
-  constexpr int rough = 2;  // so many first steps do not trust the spread of the residuals
+  constexpr double foreseeable = 0.02;  // level pixels
+  constexpr int rough = 2;              // so many first steps do not trust the spread of the residuals
   for (int iteration = options.first_iteration;; ++iteration) {
     const bool first = iteration == options.first_iteration;
     const bool last = iteration - options.first_iteration >= options.iterations;
-    read_at(points, projection, reader, now);
+    if (first || before > foreseeable) {
+      read_at(points, projection, reader, now);
+    } else {
+      // So little has changed that what would be read follows from the step.
+      const auto a = static_cast<std::size_t>(layout.a);
+      std::array<float, most_columns> by{};
+      std::copy(step.begin() + layout.a, step.begin() + layout.first_nuisance, by.begin());
+      kernels::residuals(layout.columns.data() + a, by.data(), layout.first_nuisance - layout.a, image_.data(),
+                         points.count, image_.data());
+    }
     if (layout.angle >= 0) {
       update_turn_column(points, now);
       layout.columns[static_cast<std::size_t>(layout.angle)] = turn_column_.data();
@@ -319,12 +321,14 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
         residual_with_shading(points, options, std::abs(result.gain) * contrast * rough_part(options.iterations));
   }
   if (options.covariance) {
-    Eigen::MatrixXd normal(columns, columns);
+    // Room of a fixed size: nothing is allocated.
+    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_columns, most_columns>;
+    Matrix normal(columns, columns);
     const double* at = lower;
     for (int r = 0; r < columns; ++r) {
       for (int s = 0; s <= r; ++s) normal(r, s) = normal(s, r) = *at++;
     }
-    const Eigen::MatrixXd inverse = normal.ldlt().solve(Eigen::MatrixXd::Identity(columns, columns));
+    const Matrix inverse = normal.ldlt().solve(Matrix::Identity(columns, columns));
     const int where[5] = {layout.a, layout.b, layout.angle, layout.scale_x,
                           options.freedom.common_scale ? layout.scale_x : layout.scale_y};
     const double unit[5] = {1.0, 1.0, 1.0 / points.radius, now.scale_x / points.radius, now.scale_y / points.radius};
@@ -368,31 +372,12 @@ void PoseFit::judge_view(const PointArrays& points, FitResult& result) const {
   const double seen_contrast = std::abs(result.gain) * points.contrast;
   const auto visible_within = static_cast<float>(std::max(3.0 * result.residual, visible * seen_contrast));
   const float inverse_cut = 1.0F / (tolerated * static_cast<float>(seen_contrast));
-  double weights = 0.0;
-  double energy = 0.0;
-  double left = 0.0;
-  double sum = 0.0;
-  double squares = 0.0;
-  int inside = 0;
-  int seen = 0;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(points.count); ++k) {
-    if (inside_[k] == 0.0F) continue;
-    ++inside;
-    const float off = residual_[k];
-    if (std::abs(off) <= visible_within) ++seen;
-    const float e = off * inverse_cut;
-    if (std::abs(e) >= 1.0F) continue;
-    const float keep = 1.0F - e * e;
-    const float w = keep * keep;
-    weights += static_cast<double>(w);
-    energy += static_cast<double>(w * points.value[k] * points.value[k]);
-    left += static_cast<double>(w * off * off);
-    sum += static_cast<double>(w * image_[k]);
-    squares += static_cast<double>(w * image_[k] * image_[k]);
-  }
+  const kernels::ViewSums view = kernels::view_sums(residual_.data(), points.value.data(), image_.data(),
+                                                    inside_.data(), points.count, inverse_cut, visible_within);
+  const auto [weights, energy, left, sum, squares] = view.sums;
   const double n = points.count;
-  result.inside = inside / n;
-  result.visible = seen / n;
+  result.inside = view.inside / n;
+  result.visible = view.seen / n;
   const double spread = weights > 0.0 ? squares - sum * sum / weights : 0.0;
   if (spread > 0.0 && points.contrast > 0.0) {
     result.explained = std::sqrt(std::max(0.0, 1.0 - left / spread)) * energy / (n * points.contrast * points.contrast);

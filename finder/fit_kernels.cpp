@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <limits>
 
 #include "finder/fit_kernels.h"
 
@@ -17,6 +18,7 @@ namespace vsfind::kernels::HWY_NAMESPACE {
 
 using scalar::agreement;
 using scalar::correlation_sums;
+using scalar::median_below;
 using scalar::normal_equations;
 using scalar::project;
 using scalar::read_bilinear;
@@ -24,6 +26,7 @@ using scalar::read_gaussian;
 using scalar::read_smoothed;
 using scalar::residuals;
 using scalar::tukey_weights;
+using scalar::view_sums;
 
 #else
 
@@ -35,7 +38,7 @@ using Ints = hn::RebindToSigned<Floats>;
 using Vector = hn::Vec<Floats>;
 constexpr int most_lanes = fit_block;
 
-int lanes() { return static_cast<int>(hn::Lanes(Floats())); }
+HWY_INLINE int lanes() { return static_cast<int>(hn::Lanes(Floats())); }
 
 /// One block of points: the pixel below each, the fraction to the next, and whether the taps lie inside.
 struct Block {
@@ -258,11 +261,30 @@ struct RowEntries {
   }
 
   HWY_INLINE void store(double out[4]) const {
-    const auto total = [](Vector v) { return static_cast<double>(hn::GetLane(hn::SumOfLanes(Floats(), v))); };
-    out[0] = total(a);
-    out[1] = total(b);
-    out[2] = total(c);
-    out[3] = total(d);
+    // All four sums at once: lanes are exchanged between the vectors until each lane belongs to one of them.
+    const Quarter four;
+    const auto ab = pairs(halved(a), halved(b));
+    const auto cd = pairs(halved(c), halved(d));
+    alignas(16) float sums[4];
+    hn::Store(hn::Add(hn::ConcatLowerLower(four, cd, ab), hn::ConcatUpperUpper(four, cd, ab)), four, sums);
+    for (int k = 0; k < 4; ++k) out[k] = static_cast<double>(sums[k]);
+  }
+
+ private:
+  using Quarter = hn::CappedTag<float, 4>;
+  using Four = hn::Vec<Quarter>;
+
+  template <typename V>
+  static HWY_INLINE Four halved(V v) {
+    if constexpr (hn::MaxLanes(hn::DFromV<V>()) == 8) {
+      return hn::Add(hn::LowerHalf(Quarter(), v), hn::UpperHalf(Quarter(), v));
+    } else {
+      return v;
+    }
+  }
+  /// (p0 + p2, q0 + q2, p1 + p3, q1 + q3).
+  static HWY_INLINE Four pairs(Four p, Four q) {
+    return hn::Add(hn::InterleaveLower(Quarter(), p, q), hn::InterleaveUpper(Quarter(), p, q));
   }
 };
 
@@ -340,6 +362,81 @@ float agreement(const float* value, const float* target, const float* inside, in
   return hn::GetLane(hn::SumOfLanes(floats, sum));
 }
 
+float median_below(const float* residual, const float* inside, float limit, int count, float* scratch) {
+  const Floats floats;
+  const auto far = hn::Set(floats, std::numeric_limits<float>::infinity());
+  const auto below = hn::Set(floats, limit);
+  const auto none = hn::Zero(floats);
+  const auto numbers = hn::Iota(floats, 0.0F);
+  const int step = lanes();
+  std::size_t number = 0;
+  for (int i = 0; i < count; i += step) {
+    const auto off = hn::Abs(hn::LoadU(floats, residual + i));
+    const auto counts = hn::And(hn::And(hn::Gt(hn::LoadU(floats, inside + i), none), hn::Lt(off, below)),
+                                hn::Lt(numbers, hn::Set(floats, static_cast<float>(count - i))));
+    number += hn::CountTrue(floats, counts);
+    hn::StoreU(hn::IfThenElse(counts, off, far), floats, scratch + i);
+  }
+  if (number == 0) return -1.0F;
+  // Positive numbers are ordered like their bits: the smallest that has more than half of them at or below itself.
+  const auto number_of = [](std::uint32_t bits) {
+    float value = 0.0F;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+  };
+  std::uint32_t low = 0;
+  std::uint32_t high = 0;
+  std::memcpy(&high, &limit, sizeof high);
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    const auto bound = hn::Set(floats, number_of(middle));
+    std::size_t within = 0;
+    for (int i = 0; i < count; i += step)
+      within += hn::CountTrue(floats, hn::Le(hn::LoadU(floats, scratch + i), bound));
+    if (within > number / 2) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
+  }
+  return number_of(low);
+}
+
+ViewSums view_sums(const float* residual, const float* target, const float* value, const float* inside, int count,
+                   float inverse_cut, float visible_within) {
+  const Floats floats;
+  const auto none = hn::Zero(floats);
+  const auto near = hn::Set(floats, visible_within);
+  const auto cut = hn::Set(floats, inverse_cut);
+  const auto numbers = hn::Iota(floats, 0.0F);
+  Vector sums[5] = {none, none, none, none, none};
+  std::size_t all = 0;
+  std::size_t seen = 0;
+  for (int i = 0; i < count; i += lanes()) {
+    const auto r = hn::LoadU(floats, residual + i);
+    const auto t = hn::LoadU(floats, target + i);
+    const auto v = hn::LoadU(floats, value + i);
+    const auto in = hn::And(hn::Gt(hn::LoadU(floats, inside + i), none),
+                            hn::Lt(numbers, hn::Set(floats, static_cast<float>(count - i))));
+    all += hn::CountTrue(floats, in);
+    seen += hn::CountTrue(floats, hn::And(in, hn::Le(hn::Abs(r), near)));
+    const auto e = hn::Mul(r, cut);
+    const auto keep = hn::Max(none, hn::NegMulAdd(e, e, hn::Set(floats, 1.0F)));
+    const auto w = hn::IfThenElseZero(in, hn::Mul(keep, keep));
+    const auto wv = hn::Mul(w, v);
+    sums[0] = hn::Add(sums[0], w);
+    sums[1] = hn::MulAdd(hn::Mul(w, t), t, sums[1]);
+    sums[2] = hn::MulAdd(hn::Mul(w, r), r, sums[2]);
+    sums[3] = hn::Add(sums[3], wv);
+    sums[4] = hn::MulAdd(wv, v, sums[4]);
+  }
+  ViewSums view;
+  view.inside = static_cast<int>(all);
+  view.seen = static_cast<int>(seen);
+  for (int k = 0; k < 5; ++k) view.sums[k] = static_cast<double>(hn::GetLane(hn::SumOfLanes(floats, sums[k])));
+  return view;
+}
+
 #endif  // HWY_TARGET == HWY_SCALAR
 
 }  // namespace vsfind::kernels::HWY_NAMESPACE
@@ -357,6 +454,8 @@ HWY_EXPORT(tukey_weights);
 HWY_EXPORT(normal_equations);
 HWY_EXPORT(correlation_sums);
 HWY_EXPORT(agreement);
+HWY_EXPORT(median_below);
+HWY_EXPORT(view_sums);
 
 void project(const float* x, const float* y, int count, const float m[6], float* u, float* v) {
   HWY_DYNAMIC_DISPATCH(project)(x, y, count, m, u, v);
@@ -387,6 +486,13 @@ void correlation_sums(const float* value, const float* target, const float* insi
 float agreement(const float* value, const float* target, const float* inside, int count, float gain, float offset,
                 float inverse_cut) {
   return HWY_DYNAMIC_DISPATCH(agreement)(value, target, inside, count, gain, offset, inverse_cut);
+}
+float median_below(const float* residual, const float* inside, float limit, int count, float* scratch) {
+  return HWY_DYNAMIC_DISPATCH(median_below)(residual, inside, limit, count, scratch);
+}
+ViewSums view_sums(const float* residual, const float* target, const float* value, const float* inside, int count,
+                   float inverse_cut, float visible_within) {
+  return HWY_DYNAMIC_DISPATCH(view_sums)(residual, target, value, inside, count, inverse_cut, visible_within);
 }
 
 }  // namespace vsfind::kernels

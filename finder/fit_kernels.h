@@ -59,6 +59,20 @@ void correlation_sums(const float* value, const float* target, const float* insi
 float agreement(const float* value, const float* target, const float* inside, int count, float gain, float offset,
                 float inverse_cut);
 
+/// The median (of an even number, the upper one) of the |residual| below `limit` of the points inside; negative where
+/// there are none. Equal to its twin bit for bit. `scratch`: room for as many numbers as there are points, rounded up.
+float median_below(const float* residual, const float* inside, float limit, int count, float* scratch);
+
+/// What judges a view, over the points inside: how many there are, how many have |residual| <= visible_within; then
+/// with w = max(0, 1 − (residual·inverse_cut)²)²: sums = Σ {w, w·target², w·residual², w·value, w·value²}.
+struct ViewSums {
+  int inside = 0;
+  int seen = 0;
+  double sums[5] = {0.0, 0.0, 0.0, 0.0, 0.0};
+};
+ViewSums view_sums(const float* residual, const float* target, const float* value, const float* inside, int count,
+                   float inverse_cut, float visible_within);
+
 namespace scalar {
 void project(const float* x, const float* y, int count, const float m[6], float* u, float* v);
 void read_bilinear(const ReadPlane& plane, const float* u, const float* v, int count, float* out, float* inside);
@@ -72,6 +86,9 @@ void normal_equations(const float* const* columns, int number, const float* weig
 void correlation_sums(const float* value, const float* target, const float* inside, int count, double sums[6]);
 float agreement(const float* value, const float* target, const float* inside, int count, float gain, float offset,
                 float inverse_cut);
+float median_below(const float* residual, const float* inside, float limit, int count, float* scratch);
+ViewSums view_sums(const float* residual, const float* target, const float* value, const float* inside, int count,
+                   float inverse_cut, float visible_within);
 }  // namespace scalar
 
 }  // namespace vsfind::kernels

@@ -1,4 +1,5 @@
 /// The scalar twins of fit_kernels.h: what the vector code is tested against, and what runs where there is none.
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 
@@ -147,6 +148,35 @@ float agreement(const float* value, const float* target, const float* inside, in
     sum += inside[i] * std::fmax(0.0F, 1.0F - e * e);
   }
   return sum;
+}
+
+float median_below(const float* residual, const float* inside, float limit, int count, float* scratch) {
+  float* end = scratch;
+  for (int i = 0; i < count; ++i) {
+    const float off = std::abs(residual[i]);
+    if (inside[i] > 0.0F && off < limit) *end++ = off;
+  }
+  if (end == scratch) return -1.0F;
+  float* const middle = scratch + (end - scratch) / 2;
+  std::nth_element(scratch, middle, end);
+  return *middle;
+}
+
+ViewSums view_sums(const float* residual, const float* target, const float* value, const float* inside, int count,
+                   float inverse_cut, float visible_within) {
+  ViewSums view;
+  for (int i = 0; i < count; ++i) {
+    if (inside[i] == 0.0F) continue;
+    ++view.inside;
+    if (std::abs(residual[i]) <= visible_within) ++view.seen;
+    const float e = residual[i] * inverse_cut;
+    const float keep = std::fmax(0.0F, 1.0F - e * e);
+    const float w = keep * keep;
+    const float terms[5] = {w, w * target[i] * target[i], w * residual[i] * residual[i], w * value[i],
+                            w * value[i] * value[i]};
+    for (int k = 0; k < 5; ++k) view.sums[k] += static_cast<double>(terms[k]);
+  }
+  return view;
 }
 
 }  // namespace vsfind::kernels::scalar

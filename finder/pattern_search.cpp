@@ -18,6 +18,8 @@ constexpr float clear_lead = 0.8F;
 constexpr double sure_part = 0.8;
 /// Score, and explained part, from which on a match leaves no doubt: what is nearly symmetric looks like itself, too.
 constexpr double convincing_part = 0.9;
+/// The same, from which on candidates that a match leads clearly are not looked at any more.
+constexpr double likely_part = 0.55;
 
 double oriented(double score, Polarity polarity) {
   return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
@@ -160,7 +162,9 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         timed_out = true;
         break;
       }
-      const Pose before = candidate.pose;
+      Pose before = candidate.pose;
+      fit.start = candidate.line;
+      candidate.line = {};
       double inside = 0.0;
       const auto explained = [&](const FitResult& result) {
         inside = result.inside;
@@ -171,9 +175,21 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
       const auto fitted = [&](Pose& pose) {
         const FitResult result = fit_.fit(points, projection, reader, fit, pose);
         const double moved = std::hypot(pose.x - before.x, pose.y - before.y) / pixel;
-        return result.ok && moved <= furthest && in_range(prepared, pose) ? explained(result) : -1.0;
+        if (!result.ok || moved > furthest || !in_range(prepared, pose)) return -1.0;
+        const double score = explained(result);
+        candidate.line = score >= sure_part ? GreyLine{result.gain, result.offset} : GreyLine{};
+        return score;
       };
       candidate.score = fitted(candidate.pose);
+      if (candidate.score < sure_part && index == p.top_level) {
+        // The least squares need to start on the right slope.
+        Candidate climbed = candidate;
+        climbed.pose = before;
+        climb(prepared, scene, climbed);
+        before = climbed.pose;
+        climbed.score = fitted(climbed.pose);
+        if (climbed.score > candidate.score) candidate = climbed;
+      }
       constexpr double doubtful = 0.7;
       if (candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
         // From further off all points together may find the slope that the agreeing ones do not see.
@@ -206,7 +222,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
     // next.
     const double least = 0.25 * options.min_score;
-    const double best = kept_.empty() ? 0.0 : kept_.front().score;
+    double best = kept_.empty() ? 0.0 : kept_.front().score;
+    for (const Found& each : found_) best = std::max(best, each.explained);
     const double window = wanted == 1 ? best * (best > sure_part ? 0.85 : 0.6) : 0.0;
     const std::size_t most = index == p.top_level ? 12 + 4 * wanted : index > 1 ? 7 + 3 * wanted : 3 + 2 * wanted;
     for (const Candidate& candidate : kept_) {
@@ -256,6 +273,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   options.step_tolerance = 1e-3;
   options.covariance = true;
   options.try_shading = true;
+  options.start = candidate.line;
   match.pose = candidate.pose;
   FitResult fit = fit_.fit(prepared.refine, projection, reader, options, match.pose);
   // Where there is no shading, columns for it only cost accuracy: they are used where they leave clearly less.
@@ -377,13 +395,14 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
     candidates_.clear();
     for (; next < peaks_.size() && candidates_.size() < batch; ++next) {
       const CoarseCandidate& peak = peaks_[next];
-      // A clear leader goes alone.
-      if (found_.empty() && wanted == 1 && !candidates_.empty() && peak.score < clear_lead * peaks_.front().score)
+      if (wanted == 1 && led_clearly(peak)) break;
+      // Clear leaders go alone.
+      if (found_.empty() && candidates_.size() >= wanted && peak.score < clear_lead * candidates_[wanted - 1].coarse)
         break;
       if (near_settled(prepared, peak.pose)) continue;
-      candidates_.push_back({peak.pose, 0.0, peak.score});
-      climb(prepared, scene, candidates_.back());
+      candidates_.push_back({peak.pose, 0.0, peak.score, {}});
     }
+    if (candidates_.empty()) break;
     follow_down(prepared, scene, options, deadline, out.timed_out);
     for (Candidate& candidate : candidates_) {
       if (std::chrono::steady_clock::now() > deadline) out.timed_out = true;
@@ -399,13 +418,20 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
       const double enough = alone ? sure_part : convincing_part;
       const bool convincing = candidate.score >= enough && match.score >= enough;
       if (convincing && !near_settled(prepared, match.pose)) ++settled;
-      found_.push_back({candidate.score, match, convincing});
+      found_.push_back({candidate.score, match, candidate.coarse, convincing});
       // The others explained less before their last fit, and would after it.
       if (settled >= wanted) break;
     }
     batch *= 3;
   }
   choose_matches(prepared, options, wanted, out);
+}
+
+bool PatternSearch::led_clearly(const CoarseCandidate& peak) const {
+  return std::any_of(found_.begin(), found_.end(), [&](const Found& each) {
+    return std::min(each.explained, each.match.score) >= likely_part &&
+           std::abs(peak.score) < clear_lead * std::abs(each.coarse);
+  });
 }
 
 bool PatternSearch::near_settled(const PreparedPattern& prepared, const Pose& pose) const {

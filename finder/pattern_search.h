@@ -32,10 +32,12 @@ class PatternSearch {
     Pose pose;
     double score = 0.0;   ///< correlation at the top, then FitResult::explained
     float coarse = 0.0F;  ///< its score in the exhaustive search
+    GreyLine line;        ///< of the picture, where the fit was so good that it need not be looked for again
   };
   struct Found {
     double explained = 0.0;
     Match match;
+    float coarse = 0.0F;
     bool convincing = false;
   };
 
@@ -49,6 +51,8 @@ class PatternSearch {
   bool finish(const PreparedPattern& prepared, const SearchScene& scene, double min_score, Candidate& candidate,
               Match& match);
 
+  /// Whether a match that is likely the right one did much better in the exhaustive search.
+  [[nodiscard]] bool led_clearly(const CoarseCandidate& peak) const;
   /// Whether a convincing match lies there already.
   [[nodiscard]] bool near_settled(const PreparedPattern& prepared, const Pose& pose) const;
   void choose_matches(const PreparedPattern& prepared, const SearchOptions& options, std::size_t wanted,

@@ -40,15 +40,34 @@ TEST(GigeFrameCount, AnIdThatGoesBackIsTheNextOne) {
 
 TEST(GigeFrameCount, ABrokenFrameMayShowAnOldId) {
   GigeFrameCount count;
-  bool known = true;
-  EXPECT_EQ(count.of_broken_frame(77, known), 0U);
-  EXPECT_FALSE(known);
+  bool known = false;
   EXPECT_EQ(count.of_whole_frame(100), 0U);
   EXPECT_EQ(count.of_broken_frame(102, known), 2U);
   EXPECT_TRUE(known);
   EXPECT_EQ(count.of_broken_frame(92, known), 3U);
   EXPECT_FALSE(known);
   EXPECT_EQ(count.of_whole_frame(104), 4U);
+}
+
+TEST(GigeFrameCount, ABrokenFrameMayHaveNoId) {
+  // A buffer that was never used before has 0, which is no id: just before the wrap, too.
+  GigeFrameCount count;
+  bool known = true;
+  EXPECT_EQ(count.of_whole_frame(65412), 0U);
+  EXPECT_EQ(count.of_broken_frame(0, known), 1U);
+  EXPECT_FALSE(known);
+  EXPECT_EQ(count.of_whole_frame(65414), 2U);
+}
+
+TEST(GigeFrameCount, BrokenFramesBeforeTheFirstWholeOneAreCounted) {
+  GigeFrameCount count;
+  bool known = true;
+  EXPECT_EQ(count.of_broken_frame(0, known), 0U);
+  EXPECT_FALSE(known);
+  EXPECT_EQ(count.of_broken_frame(78, known), 1U);
+  EXPECT_TRUE(known);
+  EXPECT_EQ(count.of_broken_frame(79, known), 2U);
+  EXPECT_EQ(count.of_whole_frame(81), 4U);
 }
 
 std::vector<int> luma(std::uint32_t format, const std::vector<std::uint8_t>& bytes, int width, int height) {

@@ -145,6 +145,46 @@ TEST(FitKernels, SumsEqualTheScalarTwin) {
   }
 }
 
+TEST(FitKernels, MedianIsThatOfTheScalarTwinBitForBit) {
+  for (const int count : lengths) {
+    Floats residual = random_floats(count, -20.0F, 20.0F, 40);
+    Floats inside(residual.size(), 1.0F);
+    for (std::size_t i = 0; i < inside.size(); i += 3) inside[i] = 0.0F;
+    if (count > 8) residual[1] = residual[2] = residual[4] = 0.0F;
+    Floats fast(residual.size()), slow(residual.size());
+    for (const float limit : {0.0F, 1e-3F, 5.0F, 12.0F, 1e30F, std::numeric_limits<float>::infinity()}) {
+      const float median = median_below(residual.data(), inside.data(), limit, count, fast.data());
+      EXPECT_EQ(median, scalar::median_below(residual.data(), inside.data(), limit, count, slow.data()))
+          << count << ' ' << limit;
+      if (limit == 0.0F) {
+        EXPECT_LT(median, 0.0F);
+      }
+    }
+  }
+  const Floats known{-3.0F, 1.0F, 9.0F, -2.0F, 7.0F, 0.0F, 0.0F, 0.0F};
+  const Floats all(8, 1.0F);
+  Floats scratch(8);
+  EXPECT_EQ(median_below(known.data(), all.data(), 100.0F, 5, scratch.data()), 3.0F);
+  EXPECT_EQ(median_below(known.data(), all.data(), 8.0F, 5, scratch.data()), 3.0F);  // the upper one of four
+}
+
+TEST(FitKernels, ViewSumsEqualTheScalarTwin) {
+  for (const int count : lengths) {
+    const Floats residual = random_floats(count, -20.0F, 20.0F, 50);
+    const Floats target = random_floats(count, -100.0F, 100.0F, 51);
+    const Floats value = random_floats(count, 0.0F, 255.0F, 52);
+    Floats inside(residual.size(), 1.0F);
+    for (std::size_t i = 0; i < inside.size(); i += 4) inside[i] = 0.0F;
+    const ViewSums fast =
+        view_sums(residual.data(), target.data(), value.data(), inside.data(), count, 1.0F / 15.0F, 8.0F);
+    const ViewSums slow =
+        scalar::view_sums(residual.data(), target.data(), value.data(), inside.data(), count, 1.0F / 15.0F, 8.0F);
+    EXPECT_EQ(fast.inside, slow.inside);
+    EXPECT_EQ(fast.seen, slow.seen);
+    for (int k = 0; k < 5; ++k) EXPECT_NEAR(fast.sums[k], slow.sums[k], 1e-5 * std::abs(slow.sums[k]) + 1e-3);
+  }
+}
+
 TEST(FitKernels, ProjectionIsAffine) {
   const Floats x = random_floats(17, -100.0F, 100.0F, 1);
   const Floats y = random_floats(17, -100.0F, 100.0F, 2);
