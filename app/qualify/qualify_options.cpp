@@ -100,7 +100,7 @@ std::vector<Setting> qualify_settings(QualifyRequest& request) {
       recorded("--angle", [r](Values v) { r->search.angle_deg = parse_range(v[0], -360.0, 360.0, "degrees"); }));
   add("region", "X,Y,W,H", "Where the origin is looked for, frame pixels (default: everywhere)",
       recorded("--region", [r](Values v) { r->search.region = parse_roi(v[0]); }));
-  add("min-score", "0..1", "Weakest correlation that counts as found (default 0.6)",
+  add("min-score", "0..1", "Weakest correlation that counts as found (default 0.65)",
       [r](Values v) { r->search.min_score = parse_number(v[0], 0.0, 1.0); });
   add("calibration", "FILE", "Calibration of the camera: results are then in its unit",
       recorded("--calibration",
