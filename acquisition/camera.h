@@ -35,7 +35,8 @@ struct CameraSettings {
   std::optional<double> gain;         ///< in the camera's unit; switches automatic gain off
   std::string trigger;                ///< "off" (also when empty), "software", or a hardware line: "Line1"
   double trigger_rate = 0.0;  ///< software triggers per second that the source fires itself; 0: as fast as frames come
-  std::string field_order;    ///< V4L2: as its field orders are called ("interlaced", "alternate", …)
+  std::string field_order;    ///< V4L2: as its field orders are called ("interlaced", "alternate", …); GigE:
+                              ///< "interlaced-tb", "interlaced-bt": whether the top or the bottom field is the earlier
   std::string input;          ///< V4L2: name or number of the input
   std::string standard;       ///< V4L2: "PAL", "NTSC", …
   std::vector<CameraControl> controls;  ///< set in this order, after all of the above
@@ -90,7 +91,9 @@ struct CameraDescription {
   std::string serial;
   std::string address;                ///< network address or bus
   std::vector<CameraFormat> formats;  ///< none where they cannot be asked for
-  std::string problem;                ///< why it cannot be opened now ("held by another program"), else empty
+  Clock clock = Clock::none;          ///< of the frames' timestamps, where that can be asked for
+  StampedAt stamped_at = StampedAt::unknown;
+  std::string problem;  ///< why it cannot be opened now ("held by another program"), else empty
 };
 
 /// All cameras that this program was built for and that can be seen now: V4L2 devices, then GigE cameras. Takes about a

@@ -39,6 +39,13 @@ enum class Clock : std::uint8_t {
   recording,  ///< derived from the recording's frame rate: 0 at its first frame
 };
 
+/// Which moment of a frame its timestamp tells.
+enum class StampedAt : std::uint8_t {
+  unknown,
+  start,  ///< when its exposure began
+  end,    ///< when its last pixel had come
+};
+
 /// In which order the two fields of a frame were exposed.
 enum class FieldOrder : std::uint8_t {
   progressive,   ///< both at once: the frame is not interlaced
@@ -52,6 +59,7 @@ struct FrameInfo {
   std::int64_t timestamp_ns = 0;  ///< in `clock`
   std::int64_t arrival_ns = 0;    ///< CLOCK_MONOTONIC when the frame came to this process; latency counts from here
   Clock clock = Clock::none;
+  StampedAt stamped_at = StampedAt::unknown;
   Field field = Field::frame;  ///< what the picture holds: a whole frame, or a single field of half the rows
   FieldOrder order = FieldOrder::progressive;  ///< of a whole frame
   FrameStatus status = FrameStatus::good;

@@ -45,6 +45,7 @@ class SettingUp {
     gain();
     trigger();
     for (const auto& control : settings_.controls) set_feature(camera_, uri_, control);
+    fields();
     packets();
     read_back();
     return setup_;
@@ -241,7 +242,9 @@ class SettingUp {
                                     setup_.height, setup_.payload));
     if (arv_camera_is_frame_rate_available(camera_, error.out()) != FALSE && !setup_.hardware_trigger)
       setup_.frame_rate = arv_camera_get_frame_rate(camera_, error.out());
-    fields();
+    if (setup_.fields == Fields::concatenated && setup_.height % 2 != 0)
+      throw UsageError(
+          fmt::format("{}: two fields cannot lie in {} rows (allowed: an even number)", uri_, setup_.height));
   }
 
   std::vector<std::string> usable_formats() {
@@ -277,16 +280,27 @@ class SettingUp {
     } else if (mode == "Field1") {
       setup_.fields = Fields::bottom;
       setup_.order = both;
+    } else if (mode == "Field0First") {
+      setup_.fields = Fields::in_turn;
+      setup_.order = both;
     } else {
-      // Field0First, say: single fields in turn, and a lost one would swap all that follow.
       throw UsageError(
-          fmt::format("{}: with FieldOutputMode {} a picture does not tell which field it is (allowed: "
-                      "ConcatenatedNewFields, DeinterlacedNewFields, Field0, Field1)",
+          fmt::format("{}: what fields lie in a picture with FieldOutputMode {} is not known (allowed: "
+                      "ConcatenatedNewFields, DeinterlacedNewFields, Field0, Field1, Field0First)",
                       uri_, mode));
     }
-    if (setup_.fields == Fields::concatenated && setup_.height % 2 != 0)
+    if (is_single(setup_.fields)) field_size();
+  }
+
+  /// The size asked for is that of a whole frame, of which a field has half the rows.
+  void field_size() {
+    if (settings_.height <= 0) return;
+    if (settings_.height % 2 != 0)
       throw UsageError(
-          fmt::format("{}: two fields cannot lie in {} rows (allowed: an even number)", uri_, setup_.height));
+          fmt::format("{}: two fields cannot lie in {} rows (allowed: an even number)", uri_, settings_.height));
+    CallError error;
+    arv_camera_set_region(camera_, -1, -1, -1, settings_.height / 2, error.out());
+    check(error, fmt::format("{}: fields of {} rows", uri_, settings_.height / 2));
   }
 
   ArvCamera* camera_;

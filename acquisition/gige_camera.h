@@ -39,12 +39,18 @@ enum class Fields : std::uint8_t {
   concatenated,  ///< ConcatenatedNewFields: the top field's rows, then the bottom field's
   top,           ///< Field0
   bottom,        ///< Field1
+  in_turn,       ///< Field0First: one field after the other, the earlier one first
 };
+
+/// Whether a picture is a single field.
+[[nodiscard]] constexpr bool is_single(Fields fields) {
+  return fields == Fields::top || fields == Fields::bottom || fields == Fields::in_turn;
+}
 
 /// What the camera delivers after it was set up.
 struct Setup {
   int width = 0;   ///< of the pictures as they arrive
-  int height = 0;  ///< likewise: for a single field, of the field
+  int height = 0;  ///< likewise: for single fields, of a field
   std::size_t payload = 0;
   GigePixels pixels;
   Fields fields = Fields::progressive;

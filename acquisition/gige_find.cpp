@@ -174,6 +174,7 @@ void describe(CameraDescription& description) {
     format.sizes.push_back(sizes);
     description.formats.push_back(std::move(format));
   }
+  description.clock = Clock::device;  // which moment it tells is each maker's own
 }
 
 }  // namespace

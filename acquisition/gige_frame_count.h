@@ -24,8 +24,9 @@ class GigeFrameCount {
   std::uint64_t of_broken_frame(std::uint64_t id, bool& known) {
     constexpr std::uint64_t far = 4096;  // frames; further ahead than any queue, and less than half a turn
     // Before the first id, no buffer was used before.
-    const std::optional<std::uint64_t> step =
-        last_id_ ? step_to(id) : id != no_id ? std::optional<std::uint64_t>(1) : std::nullopt;
+    const std::optional<std::uint64_t> step = last_id_      ? step_to(id)
+                                              : id != no_id ? std::optional<std::uint64_t>(1)
+                                                            : std::nullopt;
     known = step && *step < far;
     advance(known ? *step : 1);
     if (known) {

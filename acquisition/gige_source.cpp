@@ -12,6 +12,7 @@
 #include "acquisition/buffer_pool.h"
 #include "acquisition/errors.h"
 #include "acquisition/gige_camera.h"
+#include "acquisition/gige_field_count.h"
 #include "acquisition/gige_frame_count.h"
 #include "acquisition/network_path.h"
 #include "acquisition/weave.h"
@@ -22,8 +23,9 @@ namespace {
 
 using SteadyClock = std::chrono::steady_clock;
 
-/// Frames that the rest of the program may hold while the camera still finds all its buffers free.
-constexpr int lent_at_once = 8;
+/// Frames that the rest of the program may hold beside those that wait, while the camera still finds all its buffers
+/// free.
+constexpr int lent_beside = 4;
 constexpr std::uint64_t poll_us = 50'000;  // how long stop() may take to be noticed
 
 std::int64_t monotonic_now_ns() {
@@ -89,7 +91,7 @@ class GigeSource final : public FrameSource {
     setup_ = set_up(camera_.get(), info_.name, settings);
     describe();
     if (!setup_.pixels.direct() || setup_.fields == Fields::concatenated)
-      converted_ = BufferPool::create(static_cast<std::uint32_t>(settings.buffers + lent_at_once));
+      converted_ = BufferPool::create(static_cast<std::uint32_t>(settings.buffers + lent_at_once()));
     start();
   }
 
@@ -145,15 +147,18 @@ class GigeSource final : public FrameSource {
   }
 
   void describe() {
-    const bool single = setup_.fields == Fields::top || setup_.fields == Fields::bottom;
     info_.width = setup_.width;
-    info_.height = setup_.height * (single ? 2 : 1);
+    info_.height = setup_.height * (is_single(setup_.fields) ? 2 : 1);
     info_.bits = setup_.pixels.bits;
     info_.order = setup_.order;
     info_.live = true;
     constexpr double milli = 1000.0;
     if (setup_.frame_rate > 0.0 && setup_.frame_rate < 1e6)
       info_.frame_rate = {std::llround(setup_.frame_rate * milli), 1000};
+  }
+
+  [[nodiscard]] int lent_at_once() const {
+    return lent_beside + static_cast<int>(frames_that_may_wait(info_.frame_rate));
   }
 
   void start() {
@@ -176,7 +181,7 @@ class GigeSource final : public FrameSource {
                  settings_.packet_resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
                  nullptr);
     arv_stream_start_thread(stream_.get());
-    buffers_ = std::make_shared<StreamBuffers>(stream_.get(), settings_.buffers + (converted_ ? 0 : lent_at_once),
+    buffers_ = std::make_shared<StreamBuffers>(stream_.get(), settings_.buffers + (converted_ ? 0 : lent_at_once()),
                                                setup_.payload);
     g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost", G_CALLBACK(on_control_lost), this);
     arv_camera_start_acquisition(camera_.get(), error.out());
@@ -217,8 +222,7 @@ class GigeSource final : public FrameSource {
     FrameInfo info;
     info.arrival_ns = monotonic_now_ns();
     info.order = setup_.order;
-    if (setup_.fields == Fields::top) info.field = Field::top;
-    if (setup_.fields == Fields::bottom) info.field = Field::bottom;
+    if (is_single(setup_.fields)) info.field = setup_.fields == Fields::bottom ? Field::bottom : Field::top;
     const ArvBufferStatus status = arv_buffer_get_status(buffer);
     last_sign_ = SteadyClock::now();
     waiting_for_trigger_ = false;
@@ -230,14 +234,23 @@ class GigeSource final : public FrameSource {
       if (is_frame) {
         bool known = false;
         info.status = FrameStatus::incomplete;
-        info.sequence = count_.of_broken_frame(arv_buffer_get_frame_id(buffer), known);
+        const std::uint64_t id = arv_buffer_get_frame_id(buffer);
+        if (setup_.fields == Fields::in_turn) {
+          put(field_count_.of_broken_field(id, known), info);
+        } else {
+          info.sequence = count_.of_broken_frame(id, known);
+        }
         if (known) stamp(buffer, info);
         frame.emplace(nullptr, 0, ImageView{}, info);
       }
       arv_stream_push_buffer(stream_.get(), buffer);
       return frame;
     }
-    info.sequence = count_.of_whole_frame(arv_buffer_get_frame_id(buffer));
+    if (setup_.fields == Fields::in_turn) {
+      put(field_count_.of_whole_field(arv_buffer_get_frame_id(buffer)), info);
+    } else {
+      info.sequence = count_.of_whole_frame(arv_buffer_get_frame_id(buffer));
+    }
     stamp(buffer, info);
     const std::optional<ImageView> raw = image_of(buffer);
     if (!raw) {
@@ -250,6 +263,13 @@ class GigeSource final : public FrameSource {
     Frame lease(buffers_, index, *raw, info);
     if (!converted_) return lease;
     return converted(lease);
+  }
+
+  /// The first field of a frame is the earlier one.
+  void put(const GigeFieldCount::Place& place, FrameInfo& info) const {
+    info.sequence = place.frame;
+    const bool top = place.second == (setup_.order == FieldOrder::bottom_first);
+    info.field = top ? Field::top : Field::bottom;
   }
 
   static void stamp(ArvBuffer* buffer, FrameInfo& info) {
@@ -278,7 +298,10 @@ class GigeSource final : public FrameSource {
     const bool padded = padding_x > 0 && pixels->packing == GigePixels::Packing::plain;
     const std::size_t row = pixels->bytes(width, 1) + (padded ? static_cast<std::size_t>(padding_x) : 0);
     const std::size_t needed = padded ? row * static_cast<std::size_t>(height) : pixels->bytes(width, height);
-    if (bytes < needed) return std::nullopt;
+    // What the image should have, and what really came: cut packets are complete in all but their bytes.
+    std::size_t received = 0;
+    static_cast<void>(arv_buffer_get_data(buffer, &received));
+    if (bytes < needed || received < needed) return std::nullopt;
     return ImageView{data, width, height, static_cast<std::ptrdiff_t>(row), pixels->bits};
   }
 
@@ -314,6 +337,7 @@ class GigeSource final : public FrameSource {
   std::shared_ptr<StreamBuffers> buffers_;
   ObjectPtr<ArvStream> stream_;
   GigeFrameCount count_;
+  GigeFieldCount field_count_;  // instead, where fields come in turn
   std::uint64_t short_frames_ = 0;
   SteadyClock::time_point last_sign_;
   SteadyClock::time_point next_trigger_;

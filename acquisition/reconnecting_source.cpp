@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <condition_variable>
 #include <mutex>
 #include <utility>
@@ -13,6 +14,29 @@ namespace vsfind {
 namespace {
 
 using Time = std::chrono::steady_clock;
+
+/// How fast the frames of a camera come, from their numbers and arrivals since it was opened.
+class FrameRate {
+ public:
+  void add(const FrameInfo& frame) {
+    if (!first_) first_ = frame;
+    last_ = frame;
+  }
+  /// Frames that fit between the last one and one that arrives then; 0 where the rate is not known.
+  [[nodiscard]] std::uint64_t missed_until(std::int64_t arrival_ns) const {
+    constexpr std::uint64_t enough = 8;
+    if (!first_ || last_.sequence < first_->sequence + enough) return 0;
+    const auto frames = static_cast<double>(last_.sequence - first_->sequence);
+    const auto time = static_cast<double>(last_.arrival_ns - first_->arrival_ns);
+    const auto away = static_cast<double>(arrival_ns - last_.arrival_ns);
+    if (time <= 0.0 || away <= 0.0) return 0;
+    return static_cast<std::uint64_t>(std::max(std::llround(away * frames / time) - 1, 0LL));
+  }
+
+ private:
+  std::optional<FrameInfo> first_;
+  FrameInfo last_;
+};
 
 class ReconnectingSource final : public FrameSource {
  public:
@@ -66,7 +90,7 @@ class ReconnectingSource final : public FrameSource {
     source->on_event([this](const SourceEvent& event) { report(event.kind, event.text); });
     info_ = source->info();
     opened_once_ = true;
-    next_offset_ = last_ ? *last_ + 2 : 0;
+    just_opened_ = true;
     const std::lock_guard lock(mutex_);
     source_ = std::move(source);
     if (stopped_) source_->stop();
@@ -81,8 +105,18 @@ class ReconnectingSource final : public FrameSource {
       lost_since_.reset();
       pause_ = options_.first_pause;
     }
-    frame.set_sequence(frame.info().sequence + next_offset_);
+    if (std::exchange(just_opened_, false)) {
+      if (last_) {
+        const std::uint64_t missed = paced_ ? rate_.missed_until(frame.info().arrival_ns) : 0;
+        // Its own count need not begin at 0.
+        offset_ = *last_ + 1 + std::max<std::uint64_t>(missed, 1) - frame.info().sequence;
+      }
+      rate_ = {};
+      paced_ = info_.frame_rate.known();
+    }
+    frame.set_sequence(frame.info().sequence + offset_);
     last_ = std::max(last_.value_or(0), frame.info().sequence);
+    rate_.add(frame.info());
     return frame;
   }
 
@@ -128,7 +162,10 @@ class ReconnectingSource final : public FrameSource {
   bool opened_once_ = false;
   std::uint64_t returns_ = 0;
   std::optional<std::uint64_t> last_;  // as counted here
-  std::uint64_t next_offset_ = 0;
+  std::uint64_t offset_ = 0;           // modulo 2^64, from its own count to ours
+  bool just_opened_ = false;
+  bool paced_ = false;  // its frames come at a rate of their own
+  FrameRate rate_;      // since it was opened
 
   std::mutex mutex_;  // of stopped_, and of source_ where it changes or stop() looks at it
   std::condition_variable stop_;

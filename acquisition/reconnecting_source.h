@@ -26,7 +26,9 @@ struct ReconnectOptions {
 /// while nothing was ever opened, afterwards it is taken like CameraError: settings that were right once do not end a
 /// line because another camera was plugged in. Other errors pass.
 ///
-/// Frames are counted on after a return: one number at least is left out, so that the gap shows.
+/// Frames are counted on after a return, with a gap of as many as the camera would have given meanwhile: the time from
+/// the last frame's arrival to the next one's, by the rate at which frames came before. One number at least is left
+/// out; only one where frames come when they are triggered (no frame_rate in its info), or too few came to tell.
 [[nodiscard]] std::unique_ptr<FrameSource> open_reconnecting(std::string name,
                                                              std::function<std::unique_ptr<FrameSource>()> open,
                                                              const ReconnectOptions& options = {});

@@ -27,6 +27,9 @@ namespace vsfind {
 /// may be held at once. After the last whole frame of a damaged recording, next() throws IoError once.
 [[nodiscard]] std::unique_ptr<FrameSource> open_y4m(const std::string& path);
 
+/// Whether frames of two sources can stand in one recording: their size, bits, field order and pixel aspect agree.
+[[nodiscard]] bool fit_one_recording(const SourceInfo& a, const SourceInfo& b);
+
 /// Writes a recording, mono, frame by frame: what append() was given is in the file when it returns.
 class RecordingWriter {
  public:

@@ -2,6 +2,7 @@
 /// @file
 /// Where frames come from: a recording, a folder of images, a camera.
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -17,10 +18,21 @@ namespace vsfind {
 struct Ratio {
   std::int64_t numerator = 0;
   std::int64_t denominator = 0;
-  [[nodiscard]] bool known() const { return numerator > 0 && denominator > 0; }
+  [[nodiscard]] constexpr bool known() const { return numerator > 0 && denominator > 0; }
   bool operator==(const Ratio&) const = default;
   [[nodiscard]] double value() const { return static_cast<double>(numerator) / static_cast<double>(denominator); }
 };
+
+/// How many frames of a camera may wait for whoever searches them: four, or what comes in 100 ms. A machine that is
+/// busy with something else holds a thread up for that long now and then.
+[[nodiscard]] constexpr std::size_t frames_that_may_wait(const Ratio& frame_rate) {
+  constexpr std::int64_t least = 4;
+  constexpr std::int64_t most = 64;
+  constexpr std::int64_t per_second = 10;
+  if (!frame_rate.known()) return least;
+  const std::int64_t frames = frame_rate.numerator / frame_rate.denominator / per_second;
+  return static_cast<std::size_t>(frames < least ? least : frames > most ? most : frames);
+}
 
 /// What a source says about all of its frames.
 struct SourceInfo {

@@ -34,11 +34,12 @@ V4l2Device::V4l2Device(const std::string& path) : name_("v4l2:" + path) {
   if (error != 0) throw failure("cannot be asked what it is", error);
   const std::uint32_t can =
       (capability_.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? capability_.device_caps : capability_.capabilities;
-  if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0)
-    throw CameraError(fmt::format(
-        "{}: captures no pictures ({}); a camera may have several nodes: see vsfind cameras", name_,
-        (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0 ? "its pictures lie in several planes, which are not supported"
-                                                   : "it is for output, metadata or the like"));
+  if ((can & (V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE)) == 0)
+    throw CameraError(
+        fmt::format("{}: captures no pictures (it is for output, metadata or the like); a camera may have several "
+                    "nodes: see vsfind cameras",
+                    name_));
+  if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0) stream_type_ = V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
   if ((can & V4L2_CAP_STREAMING) == 0) throw CameraError(fmt::format("{}: cannot stream into memory", name_));
 }
 
@@ -51,6 +52,43 @@ int V4l2Device::call(unsigned long request, void* argument) const noexcept {
 
 void V4l2Device::require(unsigned long request, void* argument, const char* what) const {
   if (const int error = call(request, argument); error != 0) throw failure(what, error);
+}
+
+int V4l2Device::call_format(unsigned long request, V4l2Format& format) const noexcept {
+  v4l2_format whole{};
+  whole.type = stream_type_;
+  v4l2_pix_format& pix = format.pix;
+  if (!multi_planar()) {
+    whole.fmt.pix = pix;
+    const int error = call(request, &whole);
+    if (error == 0) pix = whole.fmt.pix;
+    return error;
+  }
+  v4l2_pix_format_mplane& planes = whole.fmt.pix_mp;
+  planes.width = pix.width;
+  planes.height = pix.height;
+  planes.pixelformat = pix.pixelformat;
+  planes.field = pix.field;
+  planes.colorspace = pix.colorspace;
+  planes.num_planes = static_cast<std::uint8_t>(format.memories);
+  planes.plane_fmt[0].bytesperline = pix.bytesperline;
+  planes.plane_fmt[0].sizeimage = pix.sizeimage;
+  const int error = call(request, &whole);
+  if (error != 0) return error;
+  pix = {};
+  pix.width = planes.width;
+  pix.height = planes.height;
+  pix.pixelformat = planes.pixelformat;
+  pix.field = planes.field;
+  pix.colorspace = planes.colorspace;
+  pix.bytesperline = planes.plane_fmt[0].bytesperline;
+  pix.sizeimage = planes.plane_fmt[0].sizeimage;
+  format.memories = planes.num_planes;
+  return 0;
+}
+
+void V4l2Device::require_format(unsigned long request, V4l2Format& format, const char* what) const {
+  if (const int error = call_format(request, format); error != 0) throw failure(what, error);
 }
 
 CameraError V4l2Device::failure(const std::string& what, int error) const {

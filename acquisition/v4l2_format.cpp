@@ -22,7 +22,7 @@ struct Known {
   LumaLayout luma;
 };
 // clang-format off
-constexpr std::array<Known, 23> known{{
+constexpr std::array<Known, 33> known{{
     {code("GREY"), {8, 0, 1, false, 1, 1}},
     {code("Y10"), {10, 0, 2, false, 1, 1}},
     {code("Y12"), {12, 0, 2, false, 1, 1}},
@@ -46,6 +46,17 @@ constexpr std::array<Known, 23> known{{
     {code("YUV9"), {8, 0, 1, false, 9, 8}},
     {code("YVU9"), {8, 0, 1, false, 9, 8}},
     {code("444P"), {8, 0, 1, false, 3, 1}},
+    // Planes in memories of their own: luma alone in the first.
+    {code("NM12"), {8, 0, 1, false, 1, 1}},
+    {code("NM21"), {8, 0, 1, false, 1, 1}},
+    {code("NM16"), {8, 0, 1, false, 1, 1}},
+    {code("NM61"), {8, 0, 1, false, 1, 1}},
+    {code("YM12"), {8, 0, 1, false, 1, 1}},
+    {code("YM21"), {8, 0, 1, false, 1, 1}},
+    {code("YM16"), {8, 0, 1, false, 1, 1}},
+    {code("YM61"), {8, 0, 1, false, 1, 1}},
+    {code("YM24"), {8, 0, 1, false, 1, 1}},
+    {code("YM42"), {8, 0, 1, false, 1, 1}},
 }};
 // clang-format on
 

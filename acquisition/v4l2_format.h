@@ -16,7 +16,7 @@ struct LumaLayout {
   int offset = 0;
   int step = 1;
   bool big_endian = false;
-  int rows_numerator = 1;  ///< bytes of a whole picture, all its planes: stride · rows · this / rows_denominator
+  int rows_numerator = 1;  ///< bytes of a buffer, all planes in it: stride · rows · this / rows_denominator
   int rows_denominator = 1;
 };
 

@@ -8,7 +8,9 @@
 #include <filesystem>
 #include <fstream>
 #include <system_error>
+#include <tuple>
 
+#include "acquisition/v4l2_buffers.h"
 #include "acquisition/v4l2_device.h"
 #include "acquisition/v4l2_fields.h"
 #include "acquisition/v4l2_input.h"
@@ -68,16 +70,16 @@ CameraSizes sizes_of(const V4l2Device& device, std::uint32_t fourcc, std::uint32
 
 /// Of inputs that list no sizes (analogue ones): the one that the driver gives when it is asked for its picture.
 CameraSizes present_size(const V4l2Device& device, std::uint32_t fourcc) {
-  v4l2_format format{};
-  format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-  if (device.call(VIDIOC_G_FMT, &format) != 0) return {};
-  format.fmt.pix.pixelformat = fourcc;
-  if (device.call(VIDIOC_TRY_FMT, &format) != 0) return {};
-  const auto rows = static_cast<std::uint32_t>(
-      frame_rows(static_cast<BufferFields>(format.fmt.pix.field), static_cast<int>(format.fmt.pix.height)));
-  CameraSizes sizes = sizes_of(device, fourcc, format.fmt.pix.width, rows, format.fmt.pix.width, rows, 0, 0);
+  V4l2Format format;
+  if (device.call_format(VIDIOC_G_FMT, format) != 0) return {};
+  const v4l2_pix_format& pix = format.pix;
+  format.pix.pixelformat = fourcc;
+  if (device.call_format(VIDIOC_TRY_FMT, format) != 0) return {};
+  const auto rows =
+      static_cast<std::uint32_t>(frame_rows(static_cast<BufferFields>(pix.field), static_cast<int>(pix.height)));
+  CameraSizes sizes = sizes_of(device, fourcc, pix.width, rows, pix.width, rows, 0, 0);
   v4l2_streamparm parameters{};
-  parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  parameters.type = device.stream_type();
   if (sizes.rates.empty() && device.call(VIDIOC_G_PARM, &parameters) == 0) {
     const v4l2_fract period = parameters.parm.capture.timeperframe;
     if (period.numerator > 0 && period.denominator > 0)
@@ -119,9 +121,18 @@ CameraFormat format_of(const V4l2Device& device, const v4l2_fmtdesc& description
 /// Whether another program streams. Asking for no buffers does nothing where none does.
 bool is_held(const V4l2Device& device) {
   v4l2_requestbuffers none{};
-  none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+  none.type = device.stream_type();
   none.memory = V4L2_MEMORY_MMAP;
   return device.call(VIDIOC_REQBUFS, &none) == EBUSY;
+}
+
+/// What timestamps tell stands in the buffers alone: some are asked for, and given back.
+void describe_timestamps(const V4l2Device& device, CameraDescription& camera) {
+  try {
+    const V4l2Buffers buffers(device, 2);
+    std::tie(camera.clock, camera.stamped_at) = timestamp_kind(buffers.flags());
+  } catch (const CameraError&) {  // none to be had now: not told
+  }
 }
 
 /// The video nodes, by their numbers.
@@ -163,7 +174,9 @@ std::vector<CameraDescription> list_v4l2() {
       describe_usb(node, camera);
       describe_media(node, camera);
       for (const v4l2_fmtdesc& format : pixel_formats(device)) camera.formats.push_back(format_of(device, format));
-      camera.problem = is_held(device) ? "held by another program" : signal_problem(device);
+      const bool held = is_held(device);
+      camera.problem = held ? "held by another program" : signal_problem(device);
+      if (!held) describe_timestamps(device, camera);
     } catch (const CameraError&) {
       continue;  // nodes for output, metadata and the like are no cameras
     }

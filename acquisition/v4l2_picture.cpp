@@ -10,6 +10,7 @@
 namespace vsfind {
 namespace {
 
+// Of rectangles, also where several planes are captured.
 constexpr std::uint32_t capture = V4L2_BUF_TYPE_VIDEO_CAPTURE;
 constexpr double rate_tolerance = 0.02;  // 29.97 will do for 30
 
@@ -22,21 +23,25 @@ int cost_of(std::uint32_t fourcc) {
   return layout->step > 1 ? 2 : layout->rows_numerator > layout->rows_denominator ? 1 : 0;
 }
 
-bool offers(const V4l2Device& device, std::uint32_t fourcc, const CameraSettings& settings, v4l2_format format) {
-  format.fmt.pix.pixelformat = fourcc;
-  format.fmt.pix.bytesperline = 0;
-  const v4l2_pix_format wanted = format.fmt.pix;
-  if (device.call(VIDIOC_TRY_FMT, &format) != 0 || format.fmt.pix.pixelformat != fourcc) return false;
-  if (settings.width > 0 && (format.fmt.pix.width != wanted.width || format.fmt.pix.height != wanted.height))
+/// What libv4l2 converts lies in one memory.
+bool can_be_read(const V4l2Format& format) { return format.memories <= 1 || luma_layout(format.pix.pixelformat); }
+
+bool offers(const V4l2Device& device, std::uint32_t fourcc, const CameraSettings& settings, V4l2Format format) {
+  v4l2_pix_format& pix = format.pix;
+  pix.pixelformat = fourcc;
+  pix.bytesperline = 0;
+  const v4l2_pix_format wanted = pix;
+  if (device.call_format(VIDIOC_TRY_FMT, format) != 0 || pix.pixelformat != fourcc || !can_be_read(format))
     return false;
+  if (settings.width > 0 && (pix.width != wanted.width || pix.height != wanted.height)) return false;
   if (settings.frame_rate <= 0) return true;
   bool is_range = false;
-  const auto rates = frame_rates(device, fourcc, format.fmt.pix.width, format.fmt.pix.height, is_range);
+  const auto rates = frame_rates(device, fourcc, pix.width, pix.height, is_range);
   return rates.empty() || rates.front() >= settings.frame_rate * (1 - rate_tolerance);
 }
 
 /// `format` holds size and field order as they will be asked for.
-std::uint32_t choose_format(const V4l2Device& device, const CameraSettings& settings, const v4l2_format& format) {
+std::uint32_t choose_format(const V4l2Device& device, const CameraSettings& settings, const V4l2Format& format) {
   const auto formats = pixel_formats(device);
   if (!settings.pixel_format.empty()) {
     std::string allowed;
@@ -60,7 +65,7 @@ std::uint32_t choose_format(const V4l2Device& device, const CameraSettings& sett
   for (const std::uint32_t fourcc : candidates) {
     if (offers(device, fourcc, settings, format)) return fourcc;
   }
-  return candidates.empty() ? format.fmt.pix.pixelformat : candidates.front();
+  return candidates.empty() ? format.pix.pixelformat : candidates.front();
 }
 
 v4l2_selection selection(std::uint32_t target) {
@@ -117,10 +122,9 @@ void default_size(const V4l2Device& device, const V4l2Input& input, v4l2_pix_for
 
 void set_format(const V4l2Device& device, const V4l2Input& input, const CameraSettings& settings,
                 V4l2Picture& picture) {
-  v4l2_format& format = picture.format;
-  format.type = capture;
-  device.require(VIDIOC_G_FMT, &format, "does not tell its format");
-  const auto current = static_cast<BufferFields>(format.fmt.pix.field);
+  V4l2Format& format = picture.format;
+  device.require_format(VIDIOC_G_FMT, format, "does not tell its format");
+  const auto current = static_cast<BufferFields>(format.pix.field);
   const bool analogue = input.standard != 0;
   BufferFields wanted = BufferFields::any;
   if (!settings.field_order.empty()) {
@@ -131,7 +135,7 @@ void set_format(const V4l2Device& device, const V4l2Input& input, const CameraSe
     }
   }
   const BufferFields asked = wanted == BufferFields::any && analogue ? BufferFields::interlaced : wanted;
-  v4l2_pix_format& pix = format.fmt.pix;
+  v4l2_pix_format& pix = format.pix;
   // Rows of a whole frame, until they are asked for.
   pix.height = static_cast<std::uint32_t>(frame_rows(current, static_cast<int>(pix.height)));
   if (settings.width > 0) {
@@ -149,7 +153,7 @@ void set_format(const V4l2Device& device, const V4l2Input& input, const CameraSe
   pix.bytesperline = 0;  // for the driver to say
   pix.sizeimage = 0;
   const v4l2_pix_format request = pix;
-  device.require(VIDIOC_S_FMT, &format, "does not take a format");
+  device.require_format(VIDIOC_S_FMT, format, "does not take a format");
 
   picture.fields = static_cast<BufferFields>(pix.field);
   const auto got = [&] {
@@ -159,6 +163,9 @@ void set_format(const V4l2Device& device, const V4l2Input& input, const CameraSe
   if (pix.pixelformat != request.pixelformat)
     throw UsageError(fmt::format("{}: does not take the pixel format '{}' (it gives {})", device.name(),
                                  fourcc_name(request.pixelformat), got()));
+  if (!can_be_read(format))
+    throw UsageError(fmt::format("{}: luma cannot be had from the pixel format '{}', whose {} planes lie apart",
+                                 device.name(), fourcc_name(pix.pixelformat), format.memories));
   const bool fields_as_asked = wanted == BufferFields::any || picture.fields == wanted ||
                                (wanted == BufferFields::interlaced && (picture.fields == BufferFields::interlaced_tb ||
                                                                        picture.fields == BufferFields::interlaced_bt));
@@ -208,7 +215,7 @@ Ratio read_pixel_aspect(const V4l2Device& device, const V4l2Picture& picture) {
 Ratio set_frame_rate(const V4l2Device& device, const V4l2Input& input, const CameraSettings& settings,
                      const v4l2_pix_format& pix) {
   v4l2_streamparm parameters{};
-  parameters.type = capture;
+  parameters.type = device.stream_type();
   const bool known = device.call(VIDIOC_G_PARM, &parameters) == 0;
   const v4l2_fract& period = parameters.parm.capture.timeperframe;
   const auto rate = [&] { return known ? reduced(period.denominator, period.numerator) : Ratio{}; };
@@ -241,12 +248,12 @@ Ratio set_frame_rate(const V4l2Device& device, const V4l2Input& input, const Cam
 std::vector<v4l2_fmtdesc> pixel_formats(const V4l2Device& device) {
   std::vector<v4l2_fmtdesc> formats;
   v4l2_fmtdesc format{};
-  format.type = capture;
+  format.type = device.stream_type();
   while (device.call(VIDIOC_ENUM_FMT, &format) == 0) {
     formats.push_back(format);
     const std::uint32_t index = format.index + 1;
     format = {};
-    format.type = capture;
+    format.type = device.stream_type();
     format.index = index;
   }
   return formats;
@@ -288,10 +295,10 @@ V4l2Picture set_picture(const V4l2Device& device, const V4l2Input& input, const 
   V4l2Picture picture;
   set_crop(device, settings);
   set_format(device, input, settings, picture);
-  set_compose(device, picture.format.fmt.pix);
-  picture.frame_rate = set_frame_rate(device, input, settings, picture.format.fmt.pix);
+  set_compose(device, picture.format.pix);
+  picture.frame_rate = set_frame_rate(device, input, settings, picture.format.pix);
   // Again: what came after it may have changed the lines' length.
-  device.require(VIDIOC_G_FMT, &picture.format, "does not tell its format");
+  device.require_format(VIDIOC_G_FMT, picture.format, "does not tell its format");
   picture.pixel_aspect = read_pixel_aspect(device, picture);
   return picture;
 }

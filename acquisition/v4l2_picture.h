@@ -13,7 +13,7 @@
 namespace vsfind {
 
 struct V4l2Picture {
-  v4l2_format format{};  ///< of a buffer, as the driver has it
+  V4l2Format format;  ///< of a buffer, as the driver has it
   BufferFields fields = BufferFields::none;
   Ratio pixel_aspect;  ///< width : height of a pixel of the whole frame
   Ratio frame_rate;

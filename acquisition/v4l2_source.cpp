@@ -12,9 +12,11 @@
 #include <cmath>
 #include <ctime>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "acquisition/buffer_pool.h"
+#include "acquisition/timestamp.h"
 #include "acquisition/trouble.h"
 #include "acquisition/v4l2_buffers.h"
 #include "acquisition/v4l2_controls.h"
@@ -41,11 +43,14 @@ class V4l2Source final : public FrameSource {
     set_controls(device_, settings);
     wake_.reset(::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
     if (wake_.get() < 0) throw device_.failure("cannot be waited for", errno);
-    const v4l2_pix_format& pix = picture_.format.fmt.pix;
+    const v4l2_pix_format& pix = picture_.format.pix;
     direct_ = luma_layout(pix.pixelformat);
     if (!direct_) {
       try {
-        converter_ = std::make_unique<V4l2Converter>(device_.fd(), picture_.format);
+        v4l2_format format{};
+        format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+        format.fmt.pix = pix;
+        converter_ = std::make_unique<V4l2Converter>(device_.multi_planar() ? -1 : device_.fd(), format);
       } catch (const std::runtime_error& error) {
         throw UsageError(fmt::format("{}: {}", device_.name(), error.what()));
       }
@@ -122,20 +127,16 @@ class V4l2Source final : public FrameSource {
   }
 
   void describe(std::uint32_t flags) {
-    const bool clocked = (flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-    const bool at_start = (flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-    const char* stamp = !clocked   ? "no timestamps"
-                        : at_start ? "timestamps of the start of exposure"
-                                   : "timestamps of the end of a frame";
-    const v4l2_pix_format& pix = picture_.format.fmt.pix;
-    report(
-        SourceEvent::Kind::note,
-        fmt::format("{}: {} ({}), {}{}{}{}x{} {}, {}, pixel aspect {}:{}, {:.6g} frames per second, {} buffers, {}",
-                    info_.name, fixed_text(device_.capability().card), fixed_text(device_.capability().driver),
-                    input_.name.empty() ? "" : fmt::format("input '{}', ", input_.name), input_.standard_name,
-                    input_.standard_name.empty() ? "" : ", ", info_.width, info_.height, fourcc_name(pix.pixelformat),
-                    name(picture_.fields), info_.pixel_aspect.numerator, info_.pixel_aspect.denominator,
-                    info_.frame_rate.known() ? info_.frame_rate.value() : 0.0, buffers_->count(), stamp));
+    const auto [clock, stamped_at] = timestamp_kind(flags);
+    const v4l2_pix_format& pix = picture_.format.pix;
+    report(SourceEvent::Kind::note,
+           fmt::format("{}: {} ({}), {}{}{}{}x{} {}, {}, pixel aspect {}:{}, {:.6g} frames per second, {} buffers, {}",
+                       info_.name, fixed_text(device_.capability().card), fixed_text(device_.capability().driver),
+                       input_.name.empty() ? "" : fmt::format("input '{}', ", input_.name), input_.standard_name,
+                       input_.standard_name.empty() ? "" : ", ", info_.width, info_.height,
+                       fourcc_name(pix.pixelformat), name(picture_.fields), info_.pixel_aspect.numerator,
+                       info_.pixel_aspect.denominator, info_.frame_rate.known() ? info_.frame_rate.value() : 0.0,
+                       buffers_->count(), timestamp_text(clock, stamped_at)));
   }
 
   /// Waits once. Nothing where no frame came of it.
@@ -174,7 +175,8 @@ class V4l2Source final : public FrameSource {
   /// `broken`: the system says that something is wrong; taking a buffer tells what.
   std::optional<Frame> take_frame(bool broken) {
     v4l2_buffer buffer{};
-    switch (const int error = buffers_->take(buffer)) {
+    std::span<const std::byte> filled;
+    switch (const int error = buffers_->take(buffer, filled)) {
       case 0:
         break;
       case EAGAIN:
@@ -186,11 +188,11 @@ class V4l2Source final : public FrameSource {
         throw device_.failure("gives no more frames", error);
     }
     const std::int64_t arrival = monotonic_now_ns();
-    const std::span<const std::byte> memory = buffers_->memory(buffer.index);
-    if (memory.empty()) throw CameraError(fmt::format("{}: names a buffer that it does not have", info_.name));
+    if (buffer.index >= buffers_->count())
+      throw CameraError(fmt::format("{}: names a buffer that it does not have", info_.name));
     std::optional<Frame> frame;
     try {
-      frame = make_frame(buffer, memory.first(std::min<std::size_t>(buffer.bytesused, memory.size())), arrival);
+      frame = make_frame(buffer, filled, arrival);
     } catch (const std::bad_alloc&) {
       throw CameraError(fmt::format("{}: no memory for its frames", info_.name));
     }
@@ -204,10 +206,10 @@ class V4l2Source final : public FrameSource {
     FrameInfo info;
     info.arrival_ns = arrival;
     info.order = info_.order;
-    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC) {
+    std::tie(info.clock, info.stamped_at) = timestamp_kind(buffer.flags);
+    if (info.clock != Clock::none) {
       constexpr std::int64_t microsecond_ns = 1000;
       info.timestamp_ns = std::int64_t{buffer.timestamp.tv_sec} * second_ns + buffer.timestamp.tv_usec * microsecond_ns;
-      info.clock = Clock::monotonic;
     }
     const auto field = picture_field(picture_.fields, static_cast<BufferFields>(buffer.field));
     info.field = field.value_or(Field::top);

@@ -137,6 +137,7 @@ constexpr std::string_view status_letters = "gic";
 constexpr std::string_view field_letters = "ftb";
 constexpr std::string_view order_letters = "ptbu";
 constexpr std::string_view picture_letters = "ie";
+constexpr std::string_view stamped_letters = "use";
 
 template <typename Value>
 bool parse_letter(std::string_view letters, char letter, Value& value) {
@@ -164,6 +165,8 @@ Y4mTag parse_tag(std::string_view value) {
            parse_letter(clock_letters, letters[0], tag.clock) && parse_letter(status_letters, letters[1], tag.status) &&
            parse_letter(field_letters, letters[2], tag.field) && parse_letter(order_letters, letters[3], tag.order) &&
            parse_letter(picture_letters, letters[4], tag.empty);
+    // What follows is of later versions: not to be complained of.
+    if (good && letters.size() > 5) static_cast<void>(parse_letter(stamped_letters, letters[5], tag.stamped_at));
   }
   if (!good) throw IoError(fmt::format("bad parameter {}", quoted(fmt::format("X{}{}", tag_key, value))));
   return tag;
@@ -258,10 +261,10 @@ std::string format_y4m_header(const Y4mHeader& header) {
 }
 
 std::string format_y4m_frame_line(const Y4mTag& tag) {
-  return fmt::format("{} X{}{:020d},{:+020d},{}{}{}{}{}\n", frame_magic, tag_key, tag.sequence, tag.timestamp_ns,
+  return fmt::format("{} X{}{:020d},{:+020d},{}{}{}{}{}{}\n", frame_magic, tag_key, tag.sequence, tag.timestamp_ns,
                      letter_of(clock_letters, tag.clock), letter_of(status_letters, tag.status),
                      letter_of(field_letters, tag.field), letter_of(order_letters, tag.order),
-                     letter_of(picture_letters, tag.empty));
+                     letter_of(picture_letters, tag.empty), letter_of(stamped_letters, tag.stamped_at));
 }
 
 }  // namespace vsfind

@@ -34,8 +34,9 @@ struct Y4mHeader {
 
 /// What vsfind adds to a frame's line so that the frame comes back as it was; other programs ignore it:
 /// `XVSFIND=` sequence `,` timestamp_ns `,` one letter each for clock (n m r d f), status (g i c), field (f t b),
-/// order (p t b u) and picture (i an image, e empty). The numbers have 20 characters each, so that all lines are alike
-/// in length; the line is far below the 80 characters that other readers allow.
+/// order (p t b u), picture (i an image, e empty) and the moment that the timestamp tells (u s e: unknown, start, end;
+/// unknown where recordings of earlier versions lack it). The numbers have 20 characters each, so that all lines are
+/// alike in length; the line is far below the 80 characters that other readers allow.
 struct Y4mTag {
   std::uint64_t sequence = 0;
   std::int64_t timestamp_ns = 0;
@@ -44,6 +45,7 @@ struct Y4mTag {
   Field field = Field::frame;
   FieldOrder order = FieldOrder::unknown;
   bool empty = false;
+  StampedAt stamped_at = StampedAt::unknown;
 };
 
 /// `FRAME Ittp XVSFIND=…`

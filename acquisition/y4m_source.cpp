@@ -169,6 +169,7 @@ class Y4mSource final : public FrameSource {
       info.sequence = line.tag->sequence;
       info.timestamp_ns = line.tag->timestamp_ns;
       info.clock = line.tag->clock;
+      info.stamped_at = line.tag->stamped_at;
       info.field = line.tag->field;
       info.order = line.tag->order;
       info.status = line.tag->status;

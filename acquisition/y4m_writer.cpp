@@ -44,6 +44,11 @@ Y4mHeader header_for(const std::string& path, const SourceInfo& info) {
 
 }  // namespace
 
+bool fit_one_recording(const SourceInfo& a, const SourceInfo& b) {
+  return a.width == b.width && a.height == b.height && a.bits == b.bits && a.order == b.order &&
+         a.pixel_aspect == b.pixel_aspect;
+}
+
 struct RecordingWriter::State {
   std::string path;
   Y4mHeader header;
@@ -140,6 +145,7 @@ void RecordingWriter::append(const ImageView& image, const FrameInfo& info) {
   tag.field = info.field;
   tag.order = info.order;
   tag.empty = image.empty();
+  tag.stamped_at = info.stamped_at;
   state.write(format_y4m_frame_line(tag), state.whole_frame(image, info.field), header.luma_bytes);
   ++state.frames;
 }

@@ -17,6 +17,13 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t capacity) : capacity_(capacity) {}
 
+  /// More room, or less: what waits beyond it stays.
+  void set_capacity(std::size_t capacity) {
+    const std::lock_guard lock(mutex_);
+    capacity_ = capacity;
+    room_.notify_all();
+  }
+
   /// Waits for room. False, with the item gone, once the queue is closed.
   bool push(T item) {
     std::unique_lock lock(mutex_);
@@ -73,7 +80,7 @@ class BoundedQueue {
   }
 
  private:
-  const std::size_t capacity_;
+  std::size_t capacity_;
   std::mutex mutex_;
   std::condition_variable room_;
   std::condition_variable filled_;

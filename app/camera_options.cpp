@@ -59,7 +59,10 @@ std::vector<Setting> camera_settings(CameraSettings& camera) {
       [c](Values v) { c->trigger_rate = parse_number(v[0], 1e-3, 1e4); });
   add("input", "NAME|N", "V4L2: the input, by its name or number", [c](Values v) { c->input = v[0]; });
   add("standard", "NAME", "V4L2: the video standard: PAL, NTSC, …", [c](Values v) { c->standard = v[0]; });
-  add("field-order", "NAME", "V4L2: how fields are asked for: interlaced, alternate, seq-tb, top, none, …",
+  add("field-order", "NAME",
+      "V4L2: how fields are asked for: interlaced, alternate, seq-tb, top, none, …; GigE: interlaced-bt where the "
+      "bottom "
+      "field is the earlier one, or interlaced-tb",
       [c](Values v) { c->field_order = v[0]; });
   add("buffers", "N", "Camera: buffers that wait for frames, 4 to 64 (default 8)",
       [c](Values v) { c->buffers = parse_whole(v[0], 4, 64); });

@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "acquisition/timestamp.h"
+
 namespace vsfind {
 namespace {
 
@@ -98,6 +100,7 @@ std::string camera_line(const CameraDescription& camera) {
                                  camera.serial.empty() ? "-" : camera.serial);
   if (!camera.address.empty()) line += "  at " + camera.address;
   if (const std::string formats = formats_text(camera.formats); !formats.empty()) line += "  " + formats;
+  if (camera.clock != Clock::none) line += "  " + timestamp_text(camera.clock, camera.stamped_at);
   if (!camera.problem.empty()) line += "  (" + camera.problem + ")";
   // What a device says of itself may hold anything.
   for (char& c : line) {
@@ -115,6 +118,7 @@ std::string cameras_json(const std::vector<CameraDescription>& cameras) {
     one["model"] = camera.model;
     one["serial"] = camera.serial;
     one["address"] = camera.address;
+    one["timestamps"] = {{"clock", name(camera.clock)}, {"of", name(camera.stamped_at)}};
     one["problem"] = camera.problem;
     one["formats"] = nlohmann::ordered_json::array();
     for (const CameraFormat& format : camera.formats) {

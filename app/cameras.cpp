@@ -37,9 +37,9 @@ Command cameras_command() {
   return {
       "cameras", "List the cameras that can be opened",
       "A line per camera: the URI for --source of live and record, model, serial number, where it is, pixel formats\n"
-      "with sizes (pixels) and frames per second, and in brackets why it cannot be opened now. Formats whose luma\n"
-      "must be converted are only counted; --json lists them all. V4L2 devices are asked what their present input\n"
-      "offers; GigE Vision cameras must be reachable by a broadcast. Takes about a second.\n"
+      "with sizes (pixels) and frames per second, what timestamps tell, and in brackets why it cannot be opened now.\n"
+      "Formats whose luma must be converted are only counted; --json lists them all. V4L2 devices are asked what\n"
+      "their present input offers; GigE Vision cameras must be reachable by a broadcast. Takes about a second.\n"
       "Example: vsfind cameras",
       declare_cameras};
 }

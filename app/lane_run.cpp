@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/errors.h"
+#include "acquisition/timestamp.h"
 #include "app/source_mapping.h"
 
 namespace vsfind {
@@ -21,6 +22,7 @@ LaneRun::LaneRun(const Lane& lane, std::size_t index, const PipelineOptions& opt
       index_(index),
       name_(lane.source->info().name),
       max_frames_(options.max_frames),
+      queue_length_(options.queue_length),
       frames_(options.queue_length),
       next_statistics_(std::chrono::steady_clock::now() + between_statistics) {
   // As many as may wait for the output, one in the search and one being written.
@@ -30,7 +32,11 @@ LaneRun::LaneRun(const Lane& lane, std::size_t index, const PipelineOptions& opt
 void LaneRun::capture() {
   std::shared_ptr<const SourceInfo> info;
   while (auto frame = lane_.source->next()) {
-    if (!info || *info != lane_.source->info()) info = std::make_shared<const SourceInfo>(lane_.source->info());
+    if (!info) spdlog::info("{}: {}", name_, timestamp_text(frame->info().clock, frame->info().stamped_at));
+    if (!info || *info != lane_.source->info()) {
+      info = std::make_shared<const SourceInfo>(lane_.source->info());
+      if (lane_.drop_oldest) frames_.set_capacity(std::max(queue_length_, frames_that_may_wait(info->frame_rate)));
+    }
     watch(*frame);
     Captured captured{std::move(*frame), info};
     if (!lane_.drop_oldest) {

@@ -56,6 +56,7 @@ class LaneRun {
   std::size_t index_;
   std::string name_;
   std::optional<std::uint64_t> max_frames_;
+  std::size_t queue_length_;
   BoundedQueue<Captured> frames_;
 
   // of the capturing thread

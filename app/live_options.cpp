@@ -106,6 +106,10 @@ std::vector<Setting> live_settings(LiveRequest& request) {
         }
       })
       .repeatable = true;
+  add("rotate-keep", "N",
+      "Keep the N newest of the files of rows that were rotated away, remove older ones (default: all)", [r](Values v) {
+        r->row_files.keep = static_cast<std::size_t>(parse_whole(v[0], 1, std::numeric_limits<int>::max()));
+      });
   add("frames", "N", "End after N frames of each source",
       [r](Values v) { r->frames = static_cast<std::uint64_t>(parse_whole(v[0], 1, std::numeric_limits<int>::max())); });
   add("seconds", "S", "End after S seconds", [r](Values v) { r->seconds = parse_number(v[0], 0.001, longest_s); });
@@ -160,6 +164,8 @@ void complete_live_request(LiveRequest& request, const Settings& settings) {
     complete_run_options(source.options);
   }
   check_together(request.sources);
+  if (request.row_files.keep > 0 && !request.row_files.rotates())
+    throw UsageError("--rotate-keep is of no use without --rotate (allowed with it: day, or a size such as 100MB)");
   request.row_files.keep_going = true;
 }
 

@@ -29,8 +29,10 @@ struct Lane {
 };
 
 struct PipelineOptions {
-  std::size_t queue_length = 4;  ///< frames that may wait for the search, and results that may wait for the output
-  bool drop_oldest = false;      ///< of the single source of the short form
+  /// Frames that may wait for the search, of fast cameras more (frames_that_may_wait()), and results that may wait for
+  /// the output.
+  std::size_t queue_length = 4;
+  bool drop_oldest = false;                   ///< of the single source of the short form
   std::optional<std::uint64_t> max_frames{};  ///< of each source; what comes after them is not searched
   std::optional<double> max_seconds{};        ///< then the sources are stopped, and what waits is still searched
 };

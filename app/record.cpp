@@ -120,7 +120,8 @@ Command record_command() {
           "Nothing is dropped: while the disk is slow frames wait in memory (up to 256 MiB of them). Frame numbers,\n"
           "timestamps, fields and bad frames are kept, so that replay gives the rows that live would have given. A\n"
           "camera that is lost is waited for, and the gap shows in the frame numbers. SIGINT and SIGTERM write what\n"
-          "was captured and end. Where the disk is full the file ends with a whole frame.\n"
+          "was captured and end. Where the disk is full the file ends with a whole frame; where the frames change\n"
+          "their size, recording goes on in FILE-2.y4m.\n"
           "Example: vsfind record --source v4l2:/dev/video0 --standard PAL --size 720x576 --seconds 60 -o line.y4m",
           declare_record};
 }

@@ -28,7 +28,8 @@ struct Recorded {
 
 /// Writes every frame of `source` until it ends, a limit is reached, a signal comes, or something fails. Nothing is
 /// dropped here: while the disk is slow, frames wait in the source's buffers. The file is made when the first frame is
-/// there; no file without a frame. `progress` is told how many are written.
+/// there; no file without a frame. Where the frames change their size it goes on in "FILE-2.y4m". `progress` is told
+/// how many are written.
 [[nodiscard]] Recorded record(FrameSource& source, const std::string& path, const RecordLimits& limits,
                               SignalWatcher& signals, const std::function<void(std::uint64_t)>& progress);
 

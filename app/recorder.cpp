@@ -1,25 +1,19 @@
 #include "app/recorder.h"
 
-#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <utility>
 
 #include "acquisition/errors.h"
 #include "app/output_file.h"
+#include "app/rotated_files.h"
 
 namespace vsfind {
 namespace {
 
 constexpr std::chrono::milliseconds first_pause{250};
 constexpr std::chrono::milliseconds longest_pause{10'000};
-
-bool same_frames(const SourceInfo& a, const SourceInfo& b) {
-  return a.width == b.width && a.height == b.height && a.bits == b.bits && a.order == b.order &&
-         a.pixel_aspect == b.pixel_aspect;
-}
 
 }  // namespace
 
@@ -35,13 +29,9 @@ void Recorder::append(const Frame& frame, const SourceInfo& info) {
     return;
   }
   try {
-    if (!info_ || !same_frames(*info_, info)) {
+    if (!info_ || !fit_one_recording(*info_, info)) {
       writer_.reset();
-      const std::filesystem::path plain(path_);
-      const std::string name = files_ == 0 ? path_
-                                           : (plain.parent_path() / fmt::format("{}-{}{}", plain.stem().string(),
-                                                                                files_ + 1, plain.extension().string()))
-                                                 .string();
+      const std::string name = files_ == 0 ? path_ : numbered_name(path_, files_ + 1);
       if (files_ > 0) spdlog::warn("{}: the frames have changed; recording goes on in {}", info.name, name);
       info_ = info;
       ++files_;

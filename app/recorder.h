@@ -17,9 +17,9 @@ class Recorder {
   /// Creates or empties the file; its header is written with the first frame. Throws IoError.
   explicit Recorder(std::string path);
 
-  /// Appends a frame of a source that is as `info` says. Where the frames change their size, a further file is begun:
-  /// "FILE-2.y4m". A frame that cannot be written is counted, told of once, and left out; after a growing pause it is
-  /// tried again.
+  /// Appends a frame of a source that is as `info` says. Where the frames change their size (fit_one_recording()), a
+  /// further file is begun: "FILE-2.y4m". A frame that cannot be written is counted, told of once, and left out; after
+  /// a growing pause it is tried again.
   void append(const Frame& frame, const SourceInfo& info);
 
   /// Ends the file. Never throws: what fails is counted as a lost frame.

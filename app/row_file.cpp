@@ -1,6 +1,5 @@
 #include "app/row_file.h"
 
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "acquisition/errors.h"
+#include "app/rotated_files.h"
 
 namespace vsfind {
 namespace {
@@ -26,16 +26,6 @@ std::time_t next_midnight(std::time_t time) {
   return std::mktime(&parts);
 }
 
-/// Gives the file another name that is not taken.
-void move_away(const std::string& path, std::time_t begun) {
-  std::string to = rotated_name(path, begun);
-  for (int i = 2; std::filesystem::exists(to); ++i) {
-    const std::filesystem::path plain = rotated_name(path, begun);
-    to = (plain.parent_path() / fmt::format("{}-{}{}", plain.stem().string(), i, plain.extension().string())).string();
-  }
-  std::filesystem::rename(path, to);
-}
-
 std::time_t time_of(const std::string& path) {
   const auto written = std::chrono::file_clock::to_sys(std::filesystem::last_write_time(path));
   return std::chrono::system_clock::to_time_t(
@@ -44,19 +34,12 @@ std::time_t time_of(const std::string& path) {
 
 }  // namespace
 
-std::string rotated_name(const std::string& path, std::time_t time) {
-  const std::filesystem::path plain(path);
-  return (plain.parent_path() /
-          fmt::format("{}-{:%Y%m%d-%H%M%S}{}", plain.stem().string(), local(time), plain.extension().string()))
-      .string();
-}
-
 RowFile::RowFile(std::string path, std::string header, RowFileOptions options)
     : path_(std::move(path)), header_(std::move(header)), options_(std::move(options)) {
   if (path_ != "-" && options_.rotates()) {
     try {
       if (std::filesystem::is_regular_file(path_) && std::filesystem::file_size(path_) > 0)
-        move_away(path_, time_of(path_));
+        rotate_away(path_, time_of(path_));
     } catch (const std::filesystem::filesystem_error& error) {
       throw IoError(fmt::format("{}: cannot be rotated away: {}", path_, error.code().message()));
     }
@@ -69,6 +52,7 @@ void RowFile::begin() {
   begun_ = options_.now();
   ends_ = next_midnight(begun_);
   bytes_ = 0;
+  if (path_ != "-" && options_.rotates() && options_.keep > 0) remove_rotated(path_, options_.keep);
   if (header_.empty()) return;
   file_->write_line(header_);
   bytes_ = header_.size() + 1;
@@ -83,7 +67,7 @@ bool RowFile::is_due(std::size_t more) const {
 
 void RowFile::rotate() {
   try {
-    if (std::filesystem::exists(path_)) move_away(path_, begun_);  // else somebody else has taken it away already
+    if (std::filesystem::exists(path_)) rotate_away(path_, begun_);  // else somebody else has taken it away already
     begin();
   } catch (const std::exception& error) {
     // Rows go on into the old file, which is as good; the next attempt comes with the next day or as many bytes more.

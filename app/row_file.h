@@ -2,6 +2,7 @@
 /// @file
 /// The file of rows that a run of months writes: rotated by size or day, and going on after a full disk.
 
+#include <cstddef>
 #include <cstdint>
 #include <ctime>
 #include <functional>
@@ -16,6 +17,7 @@ namespace vsfind {
 struct RowFileOptions {
   std::uint64_t max_bytes = 0;  ///< a file is rotated before it grows beyond this; 0: any size
   bool daily = false;           ///< a file is rotated at midnight, local time
+  std::size_t keep = 0;         ///< so many of the files rotated away are kept, the oldest are removed; 0: all
   /// A line that cannot be written is counted, told of once, and lost, instead of ending the run. Not for stdout, whose
   /// reader has gone.
   bool keep_going = false;
@@ -25,7 +27,7 @@ struct RowFileOptions {
 };
 
 /// Lines, each written at once (output_file.h). The file being written always has the name given; what is rotated away
-/// gets the time at which it was begun into its name: rows.csv becomes rows-20261124-175000.csv.
+/// gets the time at which it was begun into its name (rotated_files.h).
 class RowFile {
  public:
   /// Creates or empties `path` and writes `header`, if it is not empty, as every file's first line; "-" is stdout. With
@@ -53,8 +55,5 @@ class RowFile {
   std::uint64_t lost_ = 0;
   std::uint64_t lost_in_a_row_ = 0;
 };
-
-/// "rows.csv" and a time: "rows-20261124-175000.csv", local time.
-[[nodiscard]] std::string rotated_name(const std::string& path, std::time_t time);
 
 }  // namespace vsfind

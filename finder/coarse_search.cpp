@@ -265,11 +265,14 @@ void CoarseSearch::first_pass(const CoarseTask& task, int first_row, int end_row
     std::int16_t* scores = score_row(v);
     std::uint16_t* which = which_.data() + static_cast<std::ptrdiff_t>(v) * row_;
     std::fill_n(scores, row_, std::int16_t{0});
+    const ColumnRange shown =
+        task.shown != nullptr ? (*task.shown)[static_cast<std::size_t>(v)] : ColumnRange{0, width_ - 1};
     for (std::size_t h = 0; h < copies_.size(); ++h) {
       const Window& window = windows_[h];
-      if (v < window.top || v > window.bottom || window.left > window.right) continue;
-      const int from = window.left;
-      kernels::best_dots(plane_row(v) + from, copies_[h].offsets.data(), weights.data(), n, window.right - from + 1,
+      const int from = std::max(window.left, shown.left);
+      const int to = std::min(window.right, shown.right);
+      if (v < window.top || v > window.bottom || from > to) continue;
+      kernels::best_dots(plane_row(v) + from, copies_[h].offsets.data(), weights.data(), n, to - from + 1,
                          task.polarity, factors_of(copies_[h], v) + from, static_cast<std::uint16_t>(h), scores + from,
                          which + from);
     }

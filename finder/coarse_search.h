@@ -41,6 +41,12 @@ struct CoarseCandidate {
   float score = 0.0F;  ///< normalized correlation of the points, signed
 };
 
+/// Columns of a row, ends included.
+struct ColumnRange {
+  int left = 0;
+  int right = -1;
+};
+
 /// What is looked for, and where.
 struct CoarseTask {
   const CoarsePoints* points = nullptr;
@@ -52,6 +58,8 @@ struct CoarseTask {
   std::size_t most = 64;        ///< candidates at the most
   std::size_t places = 1;       ///< wanted: so many of the best, three at least, are tried with every hypothesis
   const Roi* region = nullptr;  ///< frame pixels for the origin
+  /// Of each row of the level what the picture shows, for the middle of the pattern; not given: all of it.
+  const std::vector<ColumnRange>* shown = nullptr;
 };
 
 /// Keeps its memory between pictures.

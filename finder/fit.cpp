@@ -1,6 +1,5 @@
 #include "finder/fit.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -211,6 +210,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   Coefficients known{};  // of the picture at the pose: gain, offset and the nuisances; 0 for the pose
   Coefficients step{};
   double before = 0.0;  // how far the last step reached
+  bool spread_known = false;
   double lower[most_columns * (most_columns + 1) / 2 + kernels::most_columns];
   constexpr double foreseeable = 0.02;  // level pixels
   constexpr int rough = 2;              // so many first steps do not trust the spread of the residuals
@@ -270,6 +270,7 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
         const float spread = spread_of_residuals(trusted, options.robust ? by_contrast : 1e30);
         if (spread < 0.0F) return result;
         result.residual = static_cast<double>(spread);
+        spread_known = true;
       }
       if (!options.robust) continue;
       const double least = 4.685 * options.noise_floor;
@@ -315,30 +316,30 @@ FitResult PoseFit::fit(const PointArrays& points, const Projection& projection, 
   std::array<float, most_columns> beta{};
   std::copy(known.begin(), known.end(), beta.begin());
   kernels::residuals(layout.columns.data(), beta.data(), columns, image_.data(), points.count, residual_.data());
+  if (!spread_known) result.residual = std::max(0.0, static_cast<double>(spread_of_residuals(trusted, 1e30)));
   judge_view(points, result);
   if (options.try_shading) {
     result.shaded_residual =
         residual_with_shading(points, options, std::abs(result.gain) * contrast * rough_part(options.iterations));
   }
   if (options.covariance) {
-    // Room of a fixed size: nothing is allocated.
-    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, most_columns, most_columns>;
-    Matrix normal(columns, columns);
-    const double* at = lower;
-    for (int r = 0; r < columns; ++r) {
-      for (int s = 0; s <= r; ++s) normal(r, s) = normal(s, r) = *at++;
+    // Column by column of the inverse, by what solved the steps: positive where they were.
+    Coefficients inverse[most_columns]{};
+    for (int r = layout.a; r < layout.first_nuisance; ++r) {
+      Coefficients unit_vector{};
+      unit_vector[static_cast<std::size_t>(r)] = 1.0;
+      if (!solve(lower, columns, unit_vector.data(), inverse[r])) return result;
     }
-    const Matrix inverse = normal.ldlt().solve(Matrix::Identity(columns, columns));
     const int where[5] = {layout.a, layout.b, layout.angle, layout.scale_x,
                           options.freedom.common_scale ? layout.scale_x : layout.scale_y};
     const double unit[5] = {1.0, 1.0, 1.0 / points.radius, now.scale_x / points.radius, now.scale_y / points.radius};
     for (int r = 0; r < 5; ++r) {
       for (int s = 0; s < 5; ++s) {
         if (where[r] < 0 || where[s] < 0) continue;
-        result.covariance(r, s) = unit[r] * unit[s] * inverse(where[r], where[s]) / (result.gain * result.gain);
+        result.covariance(r, s) =
+            unit[r] * unit[s] * inverse[where[r]][static_cast<std::size_t>(where[s])] / (result.gain * result.gain);
       }
     }
-    if (!inverse.allFinite()) return result;
   }
   result.ok = true;
   now.angle_deg = std::remainder(now.angle_deg, 360.0);

@@ -169,6 +169,45 @@ void tap_weights(const Vector& fraction, float k, const float* at_whole, float w
   }
 }
 
+/// For each point of a block the sum of its columns, weighted: the columns are exchanged between the vectors of eight
+/// points until each vector holds one column of all points.
+template <typename D = Floats>
+HWY_INLINE hn::Vec<D> weighted_columns(const float columns[most_lanes][8], const float weights[8][most_lanes]) {
+  const D floats;
+  auto sum = hn::Zero(floats);
+  if constexpr (hn::MaxLanes(D()) == 8) {
+    const hn::Repartition<double, D> pairs;
+    const auto pair = [&](hn::Vec<D> v) { return hn::BitCast(pairs, v); };
+    hn::Vec<D> quads[8];
+    for (int k = 0; k < 8; k += 4) {
+      const auto a = hn::Load(floats, columns[k]);
+      const auto b = hn::Load(floats, columns[k + 1]);
+      const auto c = hn::Load(floats, columns[k + 2]);
+      const auto d = hn::Load(floats, columns[k + 3]);
+      const auto ab_low = pair(hn::InterleaveLower(floats, a, b));
+      const auto ab_high = pair(hn::InterleaveUpper(floats, a, b));
+      const auto cd_low = pair(hn::InterleaveLower(floats, c, d));
+      const auto cd_high = pair(hn::InterleaveUpper(floats, c, d));
+      // Columns 0 and 4, 1 and 5, … of four points.
+      quads[k] = hn::BitCast(floats, hn::InterleaveLower(pairs, ab_low, cd_low));
+      quads[k + 1] = hn::BitCast(floats, hn::InterleaveUpper(pairs, ab_low, cd_low));
+      quads[k + 2] = hn::BitCast(floats, hn::InterleaveLower(pairs, ab_high, cd_high));
+      quads[k + 3] = hn::BitCast(floats, hn::InterleaveUpper(pairs, ab_high, cd_high));
+    }
+    for (int d = 0; d < 4; ++d) {
+      sum = hn::MulAdd(hn::ConcatLowerLower(floats, quads[d + 4], quads[d]), hn::Load(floats, weights[d]), sum);
+      sum = hn::MulAdd(hn::ConcatUpperUpper(floats, quads[d + 4], quads[d]), hn::Load(floats, weights[d + 4]), sum);
+    }
+  } else {
+    alignas(32) float sums[most_lanes] = {};
+    for (int k = 0; k < lanes(); ++k) {
+      for (int d = 0; d < 8; ++d) sums[k] += columns[k][d] * weights[d][k];
+    }
+    sum = hn::Load(floats, sums);
+  }
+  return sum;
+}
+
 template <typename Pixel>
 void read_gaussian_of(const ReadPlane& plane, float kx, float ky, float scale, const float* u, const float* v,
                       int count, float* out, float* inside) {
@@ -193,24 +232,31 @@ void read_gaussian_of(const ReadPlane& plane, float kx, float ky, float scale, c
     tap_weights(block.fraction_x, kx, whole_x, wx);
     tap_weights(block.fraction_y, ky, whole_y, wy);
     hn::Store(block.inside, floats, in);
+    // What is left of each point's eight rows: a sum for each of its columns.
+    alignas(32) float columns[most_lanes][8];
     for (int k = 0; k < step; ++k) {
-      out[i + k] = 0.0F;
-      if (in[k] == 0.0F) continue;
-      alignas(32) float columns[8];
+      if (in[k] == 0.0F) {
+        std::fill_n(columns[k], 8, 0.0F);
+        continue;
+      }
       const std::byte* first = plane.base + (block.y[k] - 3) * plane.stride + (block.x[k] - 3) * bytes;
       for (int half = 0; half < 8; half += step) {
         const std::byte* at = first + half * bytes;
-        auto sum = hn::Zero(floats);
-        for (int d = 0; d < 8; ++d, at += plane.stride) {
-          const auto line = hn::LoadU(pixels, reinterpret_cast<const Pixel*>(at));
-          sum = hn::MulAdd(hn::Set(floats, wy[d][k]), hn::ConvertTo(floats, hn::PromoteTo(ints, line)), sum);
+        // Two sums, which do not wait for each other.
+        auto even = hn::Zero(floats);
+        auto odd = even;
+        const auto line = [&](int d) {
+          const auto row = hn::LoadU(pixels, reinterpret_cast<const Pixel*>(at + d * plane.stride));
+          return hn::ConvertTo(floats, hn::PromoteTo(ints, row));
+        };
+        for (int d = 0; d < 8; d += 2) {
+          even = hn::MulAdd(hn::Set(floats, wy[d][k]), line(d), even);
+          odd = hn::MulAdd(hn::Set(floats, wy[d + 1][k]), line(d + 1), odd);
         }
-        hn::Store(sum, floats, columns + half);
+        hn::Store(hn::Add(even, odd), floats, columns[k] + half);
       }
-      float sum = 0.0F;
-      for (int d = 0; d < 8; ++d) sum += columns[d] * wx[d][k];
-      out[i + k] = scale * sum;
     }
+    hn::StoreU(hn::Mul(hn::Set(floats, scale), weighted_columns(columns, wx)), floats, out + i);
   }
 }
 

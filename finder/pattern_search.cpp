@@ -180,8 +180,19 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         candidate.line = score >= sure_part ? GreyLine{result.gain, result.offset} : GreyLine{};
         return score;
       };
+      // Shading costs time: it is fitted where without it too little agrees.
+      fit.freedom.shading = false;
       candidate.score = fitted(candidate.pose);
-      if (candidate.score < sure_part && index == p.top_level) {
+      fit.freedom.shading = true;
+      // Where one is wanted, what agrees by less than half as much as a clearly good one is not tried any further.
+      const bool hopeless = wanted == 1 && best_score >= sure_part && candidate.score < 0.5 * best_score;
+      if (candidate.score < sure_part && !hopeless) {
+        Candidate shaded = candidate;
+        shaded.pose = before;
+        shaded.score = fitted(shaded.pose);
+        if (shaded.score > candidate.score) candidate = shaded;
+      }
+      if (candidate.score < sure_part && index == p.top_level && !hopeless) {
         // The least squares need to start on the right slope.
         Candidate climbed = candidate;
         climbed.pose = before;
@@ -191,7 +202,8 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         if (climbed.score > candidate.score) candidate = climbed;
       }
       constexpr double doubtful = 0.7;
-      if (candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
+      constexpr double nothing = 0.15;
+      if (candidate.score > nothing && candidate.score < doubtful && index == p.top_level && best_score < sure_part) {
         // From further off all points together may find the slope that the agreeing ones do not see.
         Pose other = before;
         FitOptions all = fit;
@@ -221,7 +233,9 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
     candidates_.clear();
     // What cannot be told apart yet goes on: a hidden or blurred pattern explains little at one level, more at the
     // next.
-    const double least = 0.25 * options.min_score;
+    constexpr double least_of_last = 0.22;
+    const double least =
+        std::max(0.25 * options.min_score, index <= 1 ? std::min(least_of_last, 0.7 * options.min_score) : 0.0);
     double best = kept_.empty() ? 0.0 : kept_.front().score;
     for (const Found& each : found_) best = std::max(best, each.explained);
     const double window = wanted == 1 ? best * (best > sure_part ? 0.85 : 0.6) : 0.0;
@@ -292,11 +306,13 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
     }
   }
   bool independent = false;
-  // With scales to be found as well the few best points leave too much to the noise: all pixels beside them are used.
+  // With scales to be found as well the few best points leave too much to the noise, and so they do where pixels are
+  // not square, which the pattern's are: all pixels beside them are used.
   const bool scaled = prepared.freedom.scale_x || prepared.freedom.scale_y;
+  const bool oblong = scene.mapping->affine() && blurs_by_direction(*scene.mapping);
   const bool between_lines =
       scene.mapping->field() != Field::frame && !p.from_field && FieldFit::pays(projection, match.pose);
-  if (fit.ok && !p.edges && (between_lines || scaled)) {
+  if (fit.ok && !p.edges && (between_lines || scaled || oblong)) {
     FitOptions on_lines = options;
     on_lines.try_shading = false;
     on_lines.start = {fit.gain, fit.offset};
@@ -381,6 +397,7 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
   std::optional<Roi> region = options.region;
   if (rectified_.update(top, *scene.mapping, 0.5 * std::hypot(p.width, p.height) * p.pitch)) {
     task.projection = {&rectified_.mapping(), &rectified_.level(), p.pitch};
+    task.shown = &rectified_.shown();
     if (region) region = rectified_.region(*region);
   }
   task.region = region ? &*region : nullptr;

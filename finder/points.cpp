@@ -132,9 +132,13 @@ void Projection::place(const Pose& pose, const PointArrays& points, Places& plac
   places.image_u.resize(n);
   places.image_v.resize(n);
   mapping->image_from_local({turn, plane}, points.x, points.y, places.image_u, places.image_v);
+  const double per_x = 1.0 / level->step_x;
+  const double per_y = 1.0 / level->step_y;
+  const double from_x = -level->offset_x * per_x - places.base_x;
+  const double from_y = -level->offset_y * per_y - places.base_y;
   for (std::size_t i = 0; i < n; ++i) {
-    places.u[i] = static_cast<float>((places.image_u[i] - level->offset_x) / level->step_x - places.base_x);
-    places.v[i] = static_cast<float>((places.image_v[i] - level->offset_y) / level->step_y - places.base_y);
+    places.u[i] = static_cast<float>(places.image_u[i] * per_x + from_x);
+    places.v[i] = static_cast<float>(places.image_v[i] * per_y + from_y);
   }
 }
 

@@ -101,6 +101,7 @@ void RectifiedLevel::add_taps(const Level& level, Table& table) {
   const auto columns = static_cast<std::size_t>(table.grid_width) * static_cast<std::size_t>(n);
   const auto rows = static_cast<std::size_t>(table.grid_height) * static_cast<std::size_t>(n);
   table.taps.assign(columns * rows, {});
+  table.shown.assign(static_cast<std::size_t>(table.grid_height), {});
   std::vector<double> x(columns);
   std::vector<double> y(columns);
   std::vector<double> u(columns);
@@ -130,8 +131,13 @@ void RectifiedLevel::add_taps(const Level& level, Table& table) {
                          static_cast<std::size_t>(n * n) +
                      r % static_cast<std::size_t>(n) * static_cast<std::size_t>(n) + c % static_cast<std::size_t>(n)];
       tap.at = column + row * level.width;
-      tap.right = static_cast<std::uint8_t>(std::lround(128.0 * (p.x() - column)));
-      tap.below = static_cast<std::uint8_t>(std::lround(128.0 * (p.y() - row)));
+      ColumnRange& shown = table.shown[r / static_cast<std::size_t>(n)];
+      const int grid_column = static_cast<int>(c) / n;
+      if (shown.left > shown.right) shown.left = grid_column;
+      shown.left = std::min(shown.left, grid_column);
+      shown.right = std::max(shown.right, grid_column);
+      tap.right = static_cast<std::uint16_t>(std::lround(128.0 * (p.x() - column)));
+      tap.below = static_cast<std::uint16_t>(std::lround(128.0 * (p.y() - row)));
     }
   }
 }

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "calibration/mapping.h"
+#include "finder/coarse_search.h"
 #include "finder/pose.h"
 #include "finder/pyramid.h"
 
@@ -33,6 +34,8 @@ class RectifiedLevel {
   [[nodiscard]] const Level& level() const { return out_; }
   /// Affine: from the grid's pixels to the plane.
   [[nodiscard]] const Mapping& mapping() const { return tables_[current_].grid_mapping; }
+  /// Of each row of level() the pixels that the picture shows.
+  [[nodiscard]] const std::vector<ColumnRange>& shown() const { return tables_[current_].shown; }
   /// The grid's pixels that a region of frame pixels covers, all of them and some more; nothing where it covers none
   /// that can be told.
   [[nodiscard]] std::optional<Roi> region(const Roi& frame) const;
@@ -41,8 +44,8 @@ class RectifiedLevel {
   /// Where a pixel of the grid is read: four neighbours of the level, weights in 1/128 along x and y.
   struct Tap {
     std::int32_t at = -1;  ///< x + y·width of the upper left one; −1: not seen
-    std::uint8_t right = 0;
-    std::uint8_t below = 0;
+    std::uint16_t right = 0;
+    std::uint16_t below = 0;
   };
   struct Table {
     Mapping mapping;
@@ -58,6 +61,7 @@ class RectifiedLevel {
     int grid_height = 0;
     int samples = 1;  ///< along each axis of a pixel of the grid
     std::vector<Tap> taps;
+    std::vector<ColumnRange> shown;
   };
 
   static Table make_table(const Level& level, const Mapping& mapping);

@@ -10,6 +10,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "acquisition/source.h"
+
 namespace vsfind {
 namespace {
 
@@ -131,6 +133,14 @@ TEST(BufferPool, RecordingsAreBoundedByMemory) {
   EXPECT_EQ(recording_buffers(1), 1024U);
   EXPECT_EQ(recording_buffers(std::size_t{1} << 20U), 256U);
   EXPECT_EQ(recording_buffers(std::size_t{1} << 31U), 8U);
+}
+
+TEST(FramesThatMayWait, AreFourOrThoseOfATenthOfASecond) {
+  EXPECT_EQ(frames_that_may_wait({}), 4U);
+  EXPECT_EQ(frames_that_may_wait({25, 1}), 4U);
+  EXPECT_EQ(frames_that_may_wait({30'000, 1001}), 4U);
+  EXPECT_EQ(frames_that_may_wait({400'000, 1000}), 40U);
+  EXPECT_EQ(frames_that_may_wait({1'000'000, 1}), 64U);
 }
 
 }  // namespace

@@ -46,6 +46,10 @@ void set_link(bool up) {
   if (!run(std::string("ip link set lo ") + (up ? "up" : "down"))) throw std::runtime_error("ip link failed");
 }
 
+void set_mtu(int bytes) {
+  if (!run("ip link set lo mtu " + std::to_string(bytes))) throw std::runtime_error("ip link failed");
+}
+
 GigeServer::GigeServer(const std::vector<std::string>& arguments) {
   int out[2];
   if (::pipe2(out, O_CLOEXEC) != 0) throw std::runtime_error("no pipe");

@@ -17,6 +17,9 @@ namespace vsfind::test {
 /// Takes the loopback interface down or up.
 void set_link(bool up);
 
+/// Bytes of the loopback interface's largest packet; 65536 to begin with.
+void set_mtu(int bytes);
+
 /// A running gige_server; answers when the constructor returns.
 class GigeServer {
  public:

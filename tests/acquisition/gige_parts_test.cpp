@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 
+#include "acquisition/gige_field_count.h"
 #include "acquisition/gige_frame_count.h"
 #include "acquisition/gige_pixels.h"
 #include "acquisition/network_path.h"
@@ -47,6 +48,61 @@ TEST(GigeFrameCount, ABrokenFrameMayShowAnOldId) {
   EXPECT_EQ(count.of_broken_frame(92, known), 3U);
   EXPECT_FALSE(known);
   EXPECT_EQ(count.of_whole_frame(104), 4U);
+}
+
+using Placed = std::pair<std::uint64_t, bool>;
+Placed placed(const GigeFieldCount::Place& place) { return {place.frame, place.second}; }
+
+TEST(GigeFieldCount, FieldsComeInTurnWhateverIsLostAndPastTheWrap) {
+  GigeFieldCount count;
+  EXPECT_EQ(placed(count.of_whole_field(1)), Placed(0, false));
+  EXPECT_EQ(placed(count.of_whole_field(2)), Placed(0, true));
+  EXPECT_EQ(placed(count.of_whole_field(4)), Placed(1, true));
+  EXPECT_EQ(placed(count.of_whole_field(7)), Placed(3, false));
+  EXPECT_EQ(placed(count.of_whole_field(65535)), Placed(32767, false));
+  EXPECT_EQ(placed(count.of_whole_field(1)), Placed(32767, true)) << "two odd ids in a row are no two same fields";
+  EXPECT_EQ(placed(count.of_whole_field(4)), Placed(32769, false));
+}
+
+TEST(GigeFieldCount, AnIdLaterThanTheFirstIsNotTakenForTheFirst) {
+  GigeFieldCount count;
+  EXPECT_EQ(placed(count.of_whole_field(4)), Placed(1, true));
+  EXPECT_EQ(placed(count.of_whole_field(5)), Placed(2, false));
+}
+
+TEST(GigeFieldCount, ACameraMayBeginItsIdsElsewhere) {
+  GigeFieldCount count;
+  bool known = true;
+  EXPECT_EQ(placed(count.of_broken_field(0, known)), Placed(0, false));
+  EXPECT_FALSE(known);
+  EXPECT_EQ(placed(count.of_broken_field(65402, known)), Placed(0, true));
+  EXPECT_TRUE(known);
+  EXPECT_EQ(placed(count.of_whole_field(65403)), Placed(1, false));
+  GigeFieldCount extended;
+  EXPECT_EQ(placed(extended.of_whole_field(1'000'000)), Placed(0, false));
+  EXPECT_EQ(placed(extended.of_whole_field(1'000'001)), Placed(0, true));
+}
+
+TEST(GigeFieldCount, ABrokenFieldWithAnOldIdSwapsNothing) {
+  GigeFieldCount count;
+  bool known = false;
+  EXPECT_EQ(placed(count.of_whole_field(1)), Placed(0, false));
+  EXPECT_EQ(placed(count.of_broken_field(3, known)), Placed(1, false));
+  EXPECT_TRUE(known);
+  EXPECT_EQ(placed(count.of_broken_field(1, known)), Placed(1, true));
+  EXPECT_FALSE(known);
+  EXPECT_EQ(placed(count.of_broken_field(60000, known)), Placed(2, false));
+  EXPECT_FALSE(known);
+  EXPECT_EQ(placed(count.of_whole_field(4)), Placed(1, true));
+}
+
+TEST(GigeFieldCount, ABrokenFieldInABufferNeverUsedShowsTheIdZero) {
+  bool known = true;
+  GigeFieldCount fields;
+  EXPECT_EQ(placed(fields.of_whole_field(65401)), Placed(0, false));  // 0 would lie 134 ahead, past the wrap
+  EXPECT_EQ(placed(fields.of_broken_field(0, known)), Placed(0, true));
+  EXPECT_FALSE(known);
+  EXPECT_EQ(placed(fields.of_whole_field(65403)), Placed(1, false));
 }
 
 TEST(GigeFrameCount, ABrokenFrameMayHaveNoId) {

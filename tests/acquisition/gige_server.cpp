@@ -8,6 +8,7 @@
 #include <arv.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -33,7 +34,7 @@ enum FieldMode : std::uint32_t { field0, field1, field0_first, concatenated, dei
 
 struct Camera {
   std::vector<std::vector<std::byte>> frames;  // Mono8, of the size served; none: hashes
-  ArvFakeCamera* fake = nullptr;
+  std::atomic<ArvFakeCamera*> fake = nullptr;  // set while the server's thread runs
   bool interlaced = false;
   std::uint64_t sent = 0;
 };
@@ -63,9 +64,11 @@ void fill(ArvBuffer* buffer, void* data, guint32 /*exposure*/, guint32 /*gain*/,
     vsfind::test::fill_numbered(bytes, size, static_cast<std::uint32_t>(arv_buffer_get_frame_id(buffer)));
     return;
   }
-  const auto& frame = camera.frames[camera.sent++ % camera.frames.size()];
   std::uint32_t mode = deinterlaced;
   if (camera.interlaced) arv_fake_camera_read_register(camera.fake, field_mode_register, &mode);
+  const std::uint64_t number = camera.sent++;
+  const auto& frame = camera.frames[(mode == field0_first ? number / 2 : number) % camera.frames.size()];
+  if (mode == field0_first) mode = number % 2 == 0 ? field0 : field1;
   for (std::size_t y = 0; y < rows; ++y) {
     const std::size_t from = source_row(mode, y, rows) * width;
     if (from + width <= frame.size()) std::memcpy(bytes + y * width, frame.data() + from, width);

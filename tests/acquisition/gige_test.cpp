@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cstring>
+#include <map>
 #include <thread>
 
 #include "acquisition/errors.h"
@@ -242,6 +243,56 @@ TEST_F(Gige, LostPacketsMakeIncompleteFramesAndNoWrongOnes) {
   EXPECT_GT(incomplete, 30);  // of 53 packets, all arrive in 7 frames of 100
 }
 
+TEST_F(Gige, PacketsThatThePathCutsMakeNoWrongFrames) {
+  struct WholeAgain {
+    ~WholeAgain() { test::set_mtu(65536); }
+  } at_the_end;
+  const GigeServer server({"127.0.0.1", "A1", "320x240", "100"});
+  for (const bool past_the_kernel : {true, false}) {
+    SCOPED_TRACE(past_the_kernel);
+    test::set_mtu(65536);
+    CameraSettings settings;
+    settings.packet_size = 9000;
+    if (!past_the_kernel) settings.packet_socket = false;
+    settings.packet_resend = false;
+    const auto source = open_gige("127.0.0.1", settings);
+    int good_before = 0;
+    int others_after = 0;
+    for (int i = 0; i < 60; ++i) {
+      if (i == 20) test::set_mtu(1500);  // as if a cable went through another switch now
+      const auto frame = source->next();
+      ASSERT_TRUE(frame);
+      std::uint32_t id = 0;
+      if (frame->info().status == FrameStatus::good) {
+        EXPECT_TRUE(is_exact(*frame, id)) << i;
+        if (i < 20) ++good_before;
+      } else if (i > 25) {
+        ++others_after;
+      }
+    }
+    EXPECT_GT(good_before, 5);
+    // The kernel puts the pieces together again; past it they cannot be told from whole packets but by their size.
+    if (past_the_kernel) {
+      EXPECT_GT(others_after, 10);
+    }
+  }
+}
+
+TEST_F(Gige, AHardwareTriggerMayWaitForEver) {
+  const GigeServer server({"127.0.0.1", "A1", "64x48", "100"});
+  CameraSettings settings;
+  settings.trigger = "Line0";
+  settings.frame_timeout_s = 0.1;
+  const auto source = open_gige("127.0.0.1", settings);
+  EXPECT_FALSE(source->info().frame_rate.known());
+  std::thread later([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(600));
+    source->stop();
+  });
+  EXPECT_FALSE(source->next());  // no trigger came, and none is missed
+  later.join();
+}
+
 /// Frames of an interlaced camera against the recording that it shows.
 class GigeInterlaced : public Gige {
  protected:
@@ -257,10 +308,10 @@ class GigeInterlaced : public Gige {
     }
   }
   /// How many frames of the mode are a field (or all) of a frame of the recording.
-  void expect_frames(const std::string& mode, Field field, int rows) {
+  void expect_frames(const std::string& mode, Field field) {
     SCOPED_TRACE(mode);
     CameraSettings settings;
-    settings.height = rows;
+    settings.height = 48;
     settings.controls = {{"FieldOutputMode", mode}};
     const auto source = open_gige("127.0.0.1", settings);
     EXPECT_EQ(source->info().height, 48);
@@ -285,20 +336,78 @@ class GigeInterlaced : public Gige {
 
 TEST_F(GigeInterlaced, EveryModeGivesItsFields) {
   const GigeServer server({"127.0.0.1", "A1", "64x48", "100", "--interlaced", "--frames", folder_.file("f.y4m")});
-  expect_frames("DeinterlacedNewFields", Field::frame, 48);
-  expect_frames("ConcatenatedNewFields", Field::frame, 48);
-  expect_frames("Field0", Field::top, 24);
-  expect_frames("Field1", Field::bottom, 24);
+  expect_frames("DeinterlacedNewFields", Field::frame);
+  expect_frames("ConcatenatedNewFields", Field::frame);
+  expect_frames("Field0", Field::top);
+  expect_frames("Field1", Field::bottom);
   CameraSettings settings;
-  settings.controls = {{"FieldOutputMode", "Field0First"}};
+  settings.height = 47;
+  settings.controls = {{"FieldOutputMode", "Field0"}};
   EXPECT_THAT(complaint<UsageError>([&] { static_cast<void>(open_gige("127.0.0.1", settings)); }),
-              AllOf(HasSubstr("Field0First"), HasSubstr("ConcatenatedNewFields")));
+              HasSubstr("47 rows (allowed: an even number)"));
   settings.controls = {{"FieldOutputMode", "ConcatenatedNewFields"}};
   settings.height = 48;
   settings.field_order = "interlaced-bt";
   EXPECT_EQ(open_gige("127.0.0.1", settings)->info().order, FieldOrder::bottom_first);
   settings.controls = {{"DeviceScanType", "Progressive"}};
   EXPECT_EQ(open_gige("127.0.0.1", settings)->info().order, FieldOrder::progressive);
+}
+
+/// Fields one after the other: which one a picture is follows from its id, through lost ones and the id's wrap after
+/// 135 fields.
+class GigeFieldsInTurn : public GigeInterlaced {
+ protected:
+  void expect_fields(const std::vector<std::string>& more, const CameraSettings& settings, Field first) {
+    std::vector<std::string> arguments{"127.0.0.1",          "A1", "64x48", "200", "--interlaced", "--frames",
+                                       folder_.file("f.y4m")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const GigeServer server(arguments);
+    const auto source = open_gige("127.0.0.1", settings);
+    EXPECT_EQ(source->info().height, 48);
+    EXPECT_EQ(source->info().order, first == Field::top ? FieldOrder::top_first : FieldOrder::bottom_first);
+    std::map<Field, int> good;
+    std::uint64_t last = 0;
+    std::optional<std::size_t> begin;  // which frame of the recording was the first
+    while (last < 120) {
+      const auto frame = source->next();
+      ASSERT_TRUE(frame);
+      const FrameInfo& info = frame->info();
+      last = info.sequence;
+      ASSERT_NE(info.field, Field::frame);
+      if (info.status != FrameStatus::good) continue;
+      ++good[info.field];
+      std::optional<std::size_t> shown;
+      // The server's first field is the top one's rows.
+      const Field sent = (info.field == first) ? Field::top : Field::bottom;
+      for (std::size_t i = 0; i < frames_.size(); ++i) {
+        if (test::same_pixels(field_view(frames_[i].view(), sent), frame->image())) shown = i;
+      }
+      ASSERT_TRUE(shown) << "frame " << info.sequence << " is not the " << name(info.field) << " field of any";
+      const std::size_t start = (*shown + 4 - info.sequence % 4) % 4;
+      if (!begin) begin = start;
+      ASSERT_EQ(start, *begin) << "frame " << info.sequence << " has the number of another";
+    }
+    EXPECT_GT(good[Field::top], 20);
+    EXPECT_GT(good[Field::bottom], 20);
+  }
+};
+
+TEST_F(GigeFieldsInTurn, AreToldApart) {
+  CameraSettings settings;
+  settings.height = 48;
+  settings.controls = {{"FieldOutputMode", "Field0First"}};
+  expect_fields({}, settings, Field::top);
+  settings.field_order = "interlaced-bt";
+  expect_fields({}, settings, Field::bottom);
+}
+
+TEST_F(GigeFieldsInTurn, AreToldApartWhereSomeAreLost) {
+  CameraSettings settings;
+  settings.height = 48;
+  settings.controls = {{"FieldOutputMode", "Field0First"}};
+  settings.packet_size = 576;
+  settings.packet_resend = false;
+  expect_fields({"--lost", "0.1"}, settings, Field::top);
 }
 
 /// A source that reopens its camera, and what it told.
@@ -356,10 +465,11 @@ TEST_F(GigeFaults, AnAbsentCameraIsWaitedForAndAKilledOneComesBack) {
   later.join();
   EXPECT_EQ(faults_, 1);
   EXPECT_EQ(recoveries_, 1);
-  EXPECT_GE(*last_, before + 2);
+  EXPECT_GE(*last_, before + 60);  // it was away for 1.5 s, 150 frames where the server keeps its rate
+  EXPECT_LE(*last_, before + 100 * 20);
   const double seconds = std::chrono::duration<double>(returned - back).count();
   RecordProperty("seconds_to_return", std::to_string(seconds));
-  EXPECT_LT(seconds, 6.0);  // 0.5 s where the machine is not busy
+  EXPECT_LT(seconds, 2.0);  // 0.7 s, on a busy machine, too
   read(10);
   EXPECT_THAT(source_->statistics(), HasSubstr("reopened 1 times"));
   source_.reset();  // before the camera: one that is gone costs seconds of asking it to stop

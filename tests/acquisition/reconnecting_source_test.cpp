@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <deque>
+#include <numeric>
 #include <thread>
 
 #include "acquisition/errors.h"
@@ -17,19 +18,29 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
 
-/// Gives frames numbered from 0 and then is lost, or ends.
+/// When a camera's frames come.
+struct Pace {
+  std::int64_t begin_ns = 0;
+  std::int64_t period_ns = 0;
+  std::uint64_t begin = 0;  // its first number
+  bool known = false;       // whether it says that it has a rate
+};
+
+/// Gives numbered frames and then is lost, or ends.
 class Camera final : public FrameSource {
  public:
-  Camera(int frames, bool is_lost) : frames_(frames), is_lost_(is_lost) {
+  Camera(int frames, bool is_lost, const Pace& pace = {}) : pace_(pace), frames_(frames), is_lost_(is_lost) {
     info_.name = "fake";
     info_.width = 8;
+    if (pace.known) info_.frame_rate = {100, 1};  // what it says, and not what it does
   }
   [[nodiscard]] const SourceInfo& info() const override { return info_; }
   std::optional<Frame> next() override {
     if (next_ == frames_ && is_lost_) throw CameraError("fake: unplugged");
     if (next_ == frames_) return std::nullopt;
     FrameInfo info;
-    info.sequence = static_cast<std::uint64_t>(next_++);
+    info.sequence = pace_.begin + static_cast<std::uint64_t>(next_);
+    info.arrival_ns = pace_.begin_ns + next_++ * pace_.period_ns;
     return Frame(nullptr, 0, {}, info);
   }
   void stop() noexcept override {}
@@ -37,6 +48,7 @@ class Camera final : public FrameSource {
 
  private:
   SourceInfo info_;
+  Pace pace_;
   int frames_;
   bool is_lost_;
   int next_ = 0;
@@ -71,6 +83,9 @@ class Reconnecting : public testing::Test {
   static Factory camera(int frames, bool is_lost = true) {
     return [=] { return std::make_unique<Camera>(frames, is_lost); };
   }
+  static Factory camera(int frames, const Pace& pace) {
+    return [=] { return std::make_unique<Camera>(frames, true, pace); };
+  }
   static Factory absent() {
     return []() -> std::unique_ptr<FrameSource> { throw CameraError("fake: absent"); };
   }
@@ -103,6 +118,38 @@ TEST_F(Reconnecting, CountsOnWithAGapAndTellsEachFaultOnce) {
   EXPECT_THAT(notes_, ElementsAre("fake: absent"));  // the reason changed; the same reason again is not told
   EXPECT_EQ(reconnecting->info().width, 8);
   EXPECT_EQ(reconnecting->statistics(), "all well, reopened 2 times");
+}
+
+TEST_F(Reconnecting, LeavesOutAsManyNumbersAsFramesWereMissed) {
+  constexpr std::int64_t ms = 1'000'000;
+  // 20 ms a frame; the last one at 180 ms, the next at 1680: 1500 ms are 75 periods, 74 frames of which are missed.
+  // Then 40 ms a frame, and its count begins at 5; the last one at 2040, the next at 2160: 2 missed.
+  script_ = {camera(10, {0, 20 * ms, 0, true}), absent(), camera(10, {1680 * ms, 40 * ms, 5, true}),
+             camera(1, {2160 * ms, 40 * ms, 0, true})};
+  const auto reconnecting = source();
+  std::vector<std::uint64_t> expected(10);
+  std::iota(expected.begin(), expected.end(), 0);
+  for (std::uint64_t i = 0; i < 10; ++i) expected.push_back(9 + 75 + i);
+  expected.push_back(expected.back() + 3);
+  std::vector<std::uint64_t> seen;
+  for (std::size_t i = 0; i < expected.size(); ++i) seen.push_back(reconnecting->next()->info().sequence);
+  EXPECT_EQ(seen, expected);
+}
+
+TEST_F(Reconnecting, LeavesOutOneNumberWhereNothingTellsHowManyFramesWereMissed) {
+  constexpr std::int64_t s = 1'000'000'000;
+  // Triggered, then too few to tell, then a clock that stands still.
+  script_ = {camera(10, {0, s, 0, false}), camera(2, {100 * s, s, 0, true}), camera(9, {200 * s, 0, 0, true}),
+             camera(1, {300 * s, s, 0, true})};
+  const auto reconnecting = source();
+  std::vector<std::uint64_t> seen;
+  for (int i = 0; i < 22; ++i) seen.push_back(reconnecting->next()->info().sequence);
+  EXPECT_EQ(seen[9], 9U);
+  EXPECT_EQ(seen[10], 11U);
+  EXPECT_EQ(seen[11], 12U);
+  EXPECT_EQ(seen[12], 14U);
+  EXPECT_EQ(seen[20], 22U);
+  EXPECT_EQ(seen[21], 24U);
 }
 
 TEST_F(Reconnecting, WaitsForACameraThatIsAbsentAtFirst) {

@@ -175,16 +175,17 @@ TEST(Y4mFrameLine, ReadsBackEveryTag) {
        {std::uint64_t{0}, std::uint64_t{65536}, std::numeric_limits<std::uint64_t>::max()}) {
     for (const std::int64_t time : {std::numeric_limits<std::int64_t>::min(), std::int64_t{-1}, std::int64_t{0},
                                     std::int64_t{1'234'567'890'123}, std::numeric_limits<std::int64_t>::max()}) {
-      for (int code = 0; code < 5 * 3 * 3 * 4 * 2; ++code) {
+      for (int code = 0; code < 5 * 3 * 3 * 4 * 2 * 3; ++code) {
         Y4mTag tag{sequence,
                    time,
                    static_cast<Clock>(code % 5),
                    static_cast<FrameStatus>(code / 5 % 3),
                    static_cast<Field>(code / 15 % 3),
                    static_cast<FieldOrder>(code / 45 % 4),
-                   code / 180 % 2 == 1};
+                   code / 180 % 2 == 1,
+                   static_cast<StampedAt>(code / 360)};
         const std::string line = format_y4m_frame_line(tag);
-        ASSERT_EQ(line.size(), 62U);  // always as long, and below the 80 bytes of other readers
+        ASSERT_EQ(line.size(), 63U);  // always as long, and below the 80 bytes of other readers
         const auto read = parse_y4m_frame_line(std::string_view(line).substr(0, line.size() - 1)).tag;
         ASSERT_TRUE(read.has_value());
         EXPECT_EQ(read->sequence, sequence);
@@ -194,6 +195,7 @@ TEST(Y4mFrameLine, ReadsBackEveryTag) {
         EXPECT_EQ(read->field, tag.field);
         EXPECT_EQ(read->order, tag.order);
         EXPECT_EQ(read->empty, tag.empty);
+        EXPECT_EQ(read->stamped_at, tag.stamped_at);
       }
     }
   }
@@ -210,6 +212,7 @@ TEST(Y4mFrameLine, RefusesDamage) {
                           "1,99999999999999999999,mgfpi", "99999999999999999999,2,mgfpi", "1,++2,mgfpi"})
     EXPECT_THAT(said(std::string("FRAME XVSFIND=") + tag), HasSubstr("bad parameter")) << tag;
   EXPECT_EQ(said("FRAME XVSFIND=1,2,mgfpi,of a later version"), "");
+  EXPECT_EQ(parse_y4m_frame_line("FRAME XVSFIND=1,2,mgfpi").tag->stamped_at, StampedAt::unknown);
 }
 
 TEST(Y4mHeader, WithstandsRandomBytes) {

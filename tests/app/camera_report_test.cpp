@@ -32,9 +32,11 @@ TEST(CameraReport, IsALinePerCamera) {
   CameraDescription gige;
   gige.uri = "gige:Aravis-1";
   gige.formats.push_back({"Mono8", "", true, {{16, 16, 2048, 1536, 8, 2, {0.5, 400.0}, true}}});
+  gige.clock = Clock::device;
   gige.problem = "held by another program";
   EXPECT_EQ(camera_line(gige),
-            "gige:Aravis-1  -  serial -  Mono8 16x16 to 2048x1536 at 0.5 to 400/s  (held by another program)");
+            "gige:Aravis-1  -  serial -  Mono8 16x16 to 2048x1536 at 0.5 to 400/s  timestamps (the camera's clock)  "
+            "(held by another program)");
 }
 
 TEST(CameraReport, NamesTheFormatsThatAreThereWhereNoneIsDirect) {
@@ -55,10 +57,16 @@ TEST(CameraReport, TellsProgramsEverything) {
   CameraDescription gige;
   gige.uri = "gige:Aravis-1";
   gige.formats.push_back({"Mono8", "", true, {{16, 16, 2048, 1536, 8, 2, {400.0, 0.5}, true}}});
-  const auto json = nlohmann::json::parse(cameras_json({webcam(), gige}));
+  CameraDescription stamping = webcam();
+  stamping.clock = Clock::monotonic;
+  stamping.stamped_at = StampedAt::start;
+  EXPECT_THAT(camera_line(stamping), testing::EndsWith("timestamps of the start of a frame (monotonic clock)"));
+  const auto json = nlohmann::json::parse(cameras_json({stamping, gige}));
   ASSERT_EQ(json.size(), 2U);
   EXPECT_EQ(json[0]["uri"], "v4l2:/dev/video0");
   EXPECT_EQ(json[0]["serial"], "A17");
+  EXPECT_EQ(json[0]["timestamps"]["clock"], "monotonic");
+  EXPECT_EQ(json[0]["timestamps"]["of"], "start");
   EXPECT_EQ(json[0]["formats"].size(), 3U);
   EXPECT_EQ(json[0]["formats"][0]["sizes"][1]["width"], 1280);
   EXPECT_EQ(json[0]["formats"][0]["sizes"][0]["rates"], (std::vector<double>{30, 15}));

@@ -37,7 +37,8 @@ class LiveConfig : public testing::Test {
 TEST_F(LiveConfig, OneSource) {
   const LiveRequest request = load(
       "source: gige:10.0.0.2\nmodel: part.vsm\nsize: 640x480\noffset: [8, 16]\nexposure: 1500\ngain: 2.5\n"
-      "control: {BlackLevel: 3, GammaEnable: true}\ntrigger: Line1\nrotate: [day, 5MB]\ngive_up_after: 60\n"
+      "control: {BlackLevel: 3, GammaEnable: true}\ntrigger: Line1\nrotate: [day, 5MB]\nrotate_keep: "
+      "30\ngive_up_after: 60\n"
       "packet_socket: off\nrecord: rec.y4m\nframes: 7\nseconds: 1.5\n");
   EXPECT_THAT(request.uris, ElementsAre("gige:10.0.0.2"));
   const CameraSettings& camera = request.common.camera;
@@ -59,6 +60,7 @@ TEST_F(LiveConfig, OneSource) {
   EXPECT_EQ(request.common.record, folder_ / "rec.y4m");
   EXPECT_EQ(request.frames, 7U);
   EXPECT_EQ(request.seconds, 1.5);
+  EXPECT_EQ(request.row_files.keep, 30U);
 }
 
 TEST_F(LiveConfig, SourcesHaveTheirOwnAndTheCommon) {
@@ -95,6 +97,7 @@ TEST_F(LiveConfig, ComplaintsNameLineAndKey) {
   EXPECT_THAT(complaint("control: Gain\n"), HasSubstr("'Gain' is not NAME=VALUE"));
   EXPECT_THAT(complaint("size: 640\n"), HasSubstr("'640' is not WxH"));
   EXPECT_THAT(complaint("rotate: 5\n"), HasSubstr("allowed: day, or a size"));
+  EXPECT_THAT(complaint("rotate_keep: 0\n"), HasSubstr("key rotate_keep"));
   EXPECT_THAT(complaint("exposre: 5\n"), HasSubstr("exposure"));
 }
 

@@ -120,6 +120,30 @@ TEST_F(LiveGige, BothFieldsOfAnInterlacedCameraAreFound) {
   }
 }
 
+TEST_F(LiveGige, FieldsThatComeInTurnAreSearchedAsThemselves) {
+  const auto replayed =
+      csv_rows(vsfind({"replay", part_ / "line.y4m", "--model", part_.model(), "--field", "split"}).out);
+  auto words = server("127.0.0.1", "40");
+  words.emplace_back("--interlaced");
+  const GigeServer camera(words);
+  const Outcome outcome =
+      vsfind(live({"--source", "gige:127.0.0.1", "--frames", "16", "--field", "split", "--size", "320x240", "--control",
+                   "FieldOutputMode=Field0First", "--record", part_ / "fields.y4m"}));
+  EXPECT_EQ(outcome.code, 0) << outcome.err;
+  const auto rows = csv_rows(outcome.out);
+  ASSERT_EQ(rows.size(), 16U);
+  expect_replayed(rows, replayed);
+  std::map<std::string, int> fields;
+  for (const Row& row : rows) ++fields[row.at("field")];
+  EXPECT_EQ(fields.size(), 2U);
+  EXPECT_GE(fields["top"], 5);
+  EXPECT_GE(fields["bottom"], 5);
+  const auto again =
+      csv_rows(vsfind({"replay", part_ / "fields.y4m", "--model", part_.model(), "--field", "split"}).out);
+  ASSERT_EQ(again.size(), rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(bare(again[i]), bare(rows[i]));
+}
+
 TEST_F(LiveGige, TwoCamerasAtOnce) {
   const GigeServer one(server("10.9.0.1", "25"));
   const GigeServer two(server("10.9.0.2", "25"));

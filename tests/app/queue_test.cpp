@@ -59,6 +59,19 @@ TEST(BoundedQueue, DropsTheOldestWhereAskedTo) {
   EXPECT_EQ(queue.pop(), 3);
 }
 
+TEST(BoundedQueue, MayBeGivenMoreRoom) {
+  BoundedQueue<int> queue(1);
+  std::optional<int> dropped;
+  ASSERT_TRUE(queue.push(1));
+  std::jthread waiting([&] { EXPECT_TRUE(queue.push(2)); });
+  queue.set_capacity(3);
+  waiting.join();
+  ASSERT_TRUE(queue.push_dropping_oldest(3, dropped));
+  EXPECT_FALSE(dropped);
+  ASSERT_TRUE(queue.push_dropping_oldest(4, dropped));
+  EXPECT_EQ(dropped, 1);
+}
+
 TEST(BoundedQueue, CloseHandsOutTheRestAndRefusesMore) {
   BoundedQueue<int> queue(4);
   ASSERT_TRUE(queue.push(1));

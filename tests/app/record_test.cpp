@@ -48,7 +48,7 @@ class NumberedSource final : public FrameSource {
     frame.arrival_ns = static_cast<std::int64_t>(given) * 1'000'000;
     frame.status = given == bad ? FrameStatus::corrupt : FrameStatus::good;
     ++given;
-    return std::move(*lease).to_frame({lease->data(), width, height, width, 8}, frame);
+    return std::move(*lease).to_frame({lease->data(), width, info_.height, width, 8}, frame);
   }
   void stop() noexcept override { pool_->stop(); }
 
@@ -155,14 +155,30 @@ TEST_F(Record, KeepsWhatCameBeforeTheCameraFailed) {
   EXPECT_EQ(bad_of(path_, 30), 0U);
 }
 
-TEST_F(Record, EndsWhereTheCameraReturnsWithAnotherSize) {
+TEST_F(Record, GoesOnInAnotherFileWhereTheCameraReturnsWithAnotherSize) {
   NumberedSource source([](std::uint64_t number, NumberedSource& self) {
     if (number == 10) self.info_.height = height / 2;
+    if (number == 14) self.info_.height = height;
+    if (number == 20) self.stop();
   });
   const Recorded recorded = run(source);
-  ASSERT_TRUE(recorded.error);
-  EXPECT_THROW(std::rethrow_exception(recorded.error), CameraError);
+  EXPECT_FALSE(recorded.error);
+  EXPECT_EQ(recorded.frames, 20U);
   EXPECT_EQ(bad_of(path_, 10), 0U);
+  std::uintmax_t bytes = std::filesystem::file_size(path_);
+  std::uint64_t number = 10;
+  for (const auto& [name, count] : {std::pair{"line-2.y4m", 4}, {"line-3.y4m", 6}}) {
+    const auto source_of_file = open_y4m(folder_ / name);
+    EXPECT_EQ(source_of_file->info().height, count == 4 ? height / 2 : height);
+    int found = 0;
+    while (const auto frame = source_of_file->next()) {
+      EXPECT_EQ(frame->info().sequence, number++);
+      ++found;
+    }
+    EXPECT_EQ(found, count) << name;
+    bytes += std::filesystem::file_size(folder_ / name);
+  }
+  EXPECT_EQ(recorded.bytes, bytes);
 }
 
 TEST_F(Record, MakesNoFileWithoutAFrame) {

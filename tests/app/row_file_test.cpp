@@ -70,6 +70,43 @@ TEST_F(RowFileTest, NamesThatAreTakenAreNotTakenAgain) {
                                    "rows-20231114-221320.csv", "rows.csv"));
 }
 
+TEST_F(RowFileTest, KeepsTheNewestAndRemovesNothingElse) {
+  const std::vector<std::string> others{"rows-20231114-22132.csv",
+                                        "rows-20231114-221320.csv.gz",
+                                        "rows-20231114-221320-.csv",
+                                        "rows-20231114-221320-x.csv",
+                                        "rows-2.csv",
+                                        "rows-old.csv",
+                                        "other-20200101-000000.csv",
+                                        "rows-20231114x221320.csv",
+                                        "rows-20200101-000000.jsonl"};
+  for (const auto& name : others) test::write_file(folder_ / name, "not rotated away from rows.csv");
+  std::filesystem::create_directory(folder_ / "rows-20200101-000000.csv");
+  for (const char* old : {"rows-20220101-000000.csv", "rows-20220101-000000-2.csv", "rows-20220101-000000-10.csv"})
+    test::write_file(folder_ / old, "of an earlier run");
+  options_.max_bytes = 1;
+  options_.keep = 3;
+  const auto left = [&] {
+    std::vector<std::string> rotated;
+    for (const auto& name : names()) {
+      if (std::find(others.begin(), others.end(), name) == others.end()) rotated.push_back(name);
+    }
+    return rotated;
+  };
+  RowFile file(folder_ / "rows.csv", "", options_);
+  EXPECT_THAT(left(), SizeIs(5)) << "three rotated ones, a folder, and the file";
+  file.write_line("0");
+  file.write_line("1");
+  EXPECT_THAT(left(), ElementsAre("rows-20200101-000000.csv", "rows-20220101-000000-10.csv",
+                                  "rows-20220101-000000-2.csv", "rows-20231114-221320.csv", "rows.csv"));
+  file.write_line("2");
+  file.write_line("3");
+  EXPECT_THAT(left(), ElementsAre("rows-20200101-000000.csv", "rows-20231114-221320-2.csv",
+                                  "rows-20231114-221320-3.csv", "rows-20231114-221320.csv", "rows.csv"));
+  EXPECT_EQ(read_file(folder_ / "rows.csv"), "3\n");
+  EXPECT_THAT(names(), SizeIs(others.size() + 5));
+}
+
 TEST_F(RowFileTest, WhatAnEarlierRunWroteIsKeptWhereFilesRotate) {
   test::write_file(folder_ / "rows.csv", "old\n");
   options_.daily = true;

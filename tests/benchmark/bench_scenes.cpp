@@ -2,6 +2,7 @@
 /// scales searched besides the angle. Artwork without symmetry, found anew in every picture.
 #include <benchmark/benchmark.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -26,6 +27,7 @@ struct Layout {
   int instances = 1;
   int clutter = 0;
   double limit = 45.0;  ///< degrees to either side
+  double quiet = -1.0;  ///< a part's own ground around it, pixels; negative: the clutter goes on under the part
 };
 
 /// Instances in a regular grid, each turned otherwise, over clutter all around.
@@ -39,13 +41,18 @@ render::Picture picture_of(const Layout& layout) {
   clutter.decoys = 0.1;
   clutter.largest = 0.6 * layout.size;
   render::add_clutter(scene, random, clutter);
-  const auto columns = static_cast<int>(std::ceil(std::sqrt(layout.instances)));
+  const auto columns = std::max(1, static_cast<int>(std::ceil(std::sqrt(layout.instances))));
   const int rows = (layout.instances + columns - 1) / columns;
   for (int i = 0; i < layout.instances; ++i) {
     render::Item item{part(layout.size), {}};
     item.pose.x = layout.width * (i % columns + 0.5) / columns + 0.3;
     item.pose.y = layout.height * (i / columns + 0.5) / rows - 0.2;
     item.pose.angle_deg = std::remainder(17.0 + 47.0 * i, 2.0 * (layout.limit - 2.0));
+    if (layout.quiet >= 0.0) {
+      const double w = item.drawing.width / 2.0 + layout.quiet;
+      const double h = item.drawing.height / 2.0 + layout.quiet;
+      scene.items.push_back({{{{{render::rectangle(-w, -h, w, h)}, scene.background}}, 2 * w, 2 * h}, item.pose});
+    }
     scene.items.push_back(item);
   }
   render::Sensor sensor;
@@ -79,7 +86,7 @@ void search(benchmark::State& state, const Layout& layout, const Range& scale) {
   options.scale_x = options.scale_y = scale;
   const auto pattern = std::make_shared<const Pattern>(train(training.view(), Mapping(), options));
   SearchOptions wanted;
-  wanted.max_instances = layout.instances;
+  wanted.max_instances = std::max(1, layout.instances);
   Finder finder({pattern}, wanted);
   const render::Picture picture = picture_of(layout);
   for (auto step : state) {
@@ -110,13 +117,17 @@ void match_template(benchmark::State& state, const Layout& layout) {
 
 constexpr Range no_scale{1.0, 1.0};
 const Layout plain;
-const Layout crowded{640, 480, 150.0, 1, 120, 45.0};
+const Layout crowded{640, 480, 150.0, 1, 120, 45.0, 10.0};
+const Layout crowded_under{640, 480, 150.0, 1, 120, 45.0};
+const Layout without{640, 480, 150.0, 0, 25, 45.0};
 const Layout large{2448, 2048, 250.0, 1, 150, 180.0};
 const Layout large_eight{2448, 2048, 250.0, 8, 150, 180.0};
 const Layout scaled{640, 480, 150.0, 1, 25, 45.0};
 
 BENCHMARK_CAPTURE(search, empty_background, plain, no_scale)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(search, dense_clutter, crowded, no_scale)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(search, dense_clutter_under_the_part, crowded_under, no_scale)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(search, the_part_is_not_there, without, no_scale)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(search, both_scales, scaled, Range{0.8, 1.2})->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(match_template, 640x480, scaled)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(search, 2448x2048_full_circle, large, no_scale)->Unit(benchmark::kMillisecond);

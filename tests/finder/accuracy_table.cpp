@@ -18,6 +18,9 @@ int main(int argc, char** argv) {
   app.add_option("--scenes", settings.scenes, "scenes in each row of random scenes (default 200)")
       ->check(CLI::Range(2, 100000));
   app.add_option("--seed", settings.seed, "seed of the whole table (default 1)");
+  app.add_option("--noise", settings.noise,
+                 "noise of the calibrated rows, in the training picture, too, grey levels (default 2)")
+      ->check(CLI::Range(0.0, 50.0));
   app.add_option("--dump", dump_folder, "folder for a picture of every failed scene: truth green, found red");
   app.add_flag("--list", list, "print the names of the rows");
   CLI11_PARSE(app, argc, argv);

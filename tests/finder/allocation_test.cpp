@@ -2,9 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <cerrno>
 #include <cstdlib>
 #include <memory>
-#include <new>
 
 #include "app/render/patterns.h"
 #include "app/render/sensor.h"
@@ -15,21 +15,36 @@ namespace {
 std::atomic<long> taken{0};
 }
 
-// Where the compiler sees through one of the two it takes them for a pair that does not match.
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+// Every way to the heap, not only operator new: Eigen takes its memory from malloc itself.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+extern "C" void __sanitizer_malloc_hook(const volatile void* /*memory*/, std::size_t /*size*/) { ++taken; }
+#else
+// NOLINTBEGIN(bugprone-reserved-identifier): the names are the C library's.
+extern "C" {
+void* __libc_malloc(std::size_t size);
+void* __libc_calloc(std::size_t count, std::size_t size);
+void* __libc_memalign(std::size_t alignment, std::size_t size);
 
-void* operator new(std::size_t size) {
+void* malloc(std::size_t size) noexcept {
   ++taken;
-  if (void* memory = std::malloc(size == 0 ? 1 : size)) return memory;
-  throw std::bad_alloc();
+  return __libc_malloc(size);
 }
-void* operator new(std::size_t size, const std::nothrow_t& /*tag*/) noexcept {
+void* calloc(std::size_t count, std::size_t size) noexcept {
   ++taken;
-  return std::malloc(size == 0 ? 1 : size);
+  return __libc_calloc(count, size);
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t /*size*/) noexcept { std::free(memory); }
-void operator delete(void* memory, const std::nothrow_t& /*tag*/) noexcept { std::free(memory); }
+void* aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+  ++taken;
+  return __libc_memalign(alignment, size);
+}
+int posix_memalign(void** memory, std::size_t alignment, std::size_t size) noexcept {
+  ++taken;
+  *memory = __libc_memalign(alignment, size);
+  return *memory == nullptr ? ENOMEM : 0;
+}
+}
+// NOLINTEND(bugprone-reserved-identifier)
+#endif
 
 namespace vsfind {
 namespace {
@@ -79,6 +94,12 @@ TEST(Allocation, NorWithThreads) { EXPECT_EQ(allocations(options_of_the_artwork(
 TEST(Allocation, NorWithEdges) {
   TrainOptions options = options_of_the_artwork();
   options.edges = true;
+  EXPECT_EQ(allocations(options, 1), 0);
+}
+
+TEST(Allocation, NorWithScales) {
+  TrainOptions options = options_of_the_artwork();
+  options.scale_x = options.scale_y = {0.9, 1.1};
   EXPECT_EQ(allocations(options, 1), 0);
 }
 

@@ -33,12 +33,13 @@ bool row_of(const Settings& settings, const Camera& camera, Kind kind, double an
   for (int t = 0; t < trainings; ++t) {
     const Eigen::Vector2d at(320.0 + 90.0 * (t - 1), 240.0 + 100.0 * (t - 1));
     const CalibratedPattern trained =
-        train_through(camera, drawing, at, angle, settings.seed * 10 + static_cast<std::uint64_t>(t));
+        train_through(camera, drawing, at, angle, settings.seed * 10 + static_cast<std::uint64_t>(t), settings.noise);
     pitch = trained.pattern->pitch;
     Finder finder({trained.pattern}, {});
     CalibratedRecipe recipe;
     recipe.angle_limit = angle_limit;
     recipe.field = field;
+    recipe.noise = settings.noise;
     for (int i = 0; i < (settings.scenes + trainings - 1) / trainings; ++i) {
       const auto seed = settings.seed * 100003 + static_cast<std::uint64_t>(1000 * t + i);
       const CalibratedShot shot = shot_through(camera, trained, recipe, seed);

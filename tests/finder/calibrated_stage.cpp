@@ -97,7 +97,7 @@ Camera steep_camera() { return lens_camera("slant 50 deg, wide", 50.0, {}, 800.0
 Camera straight_camera() { return lens_camera("straight", 0.0, {}); }
 
 CalibratedPattern train_through(const Camera& camera, const render::Drawing& drawing, const Eigen::Vector2d& at,
-                                const Range& angle, std::uint64_t seed) {
+                                const Range& angle, std::uint64_t seed, double noise) {
   CalibratedPattern trained;
   trained.drawing = drawing;
   render::Random random(seed * 1000003 + 7);
@@ -123,6 +123,7 @@ CalibratedPattern train_through(const Camera& camera, const render::Drawing& dra
   trained.origin = camera.mapping.plane_from_image(render::roi_centre(options.roi));
   render::Sensor sensor;
   sensor.seed = random.bits();
+  sensor.noise = noise;
   const render::Picture picture = render::develop(render::expose(scene, 0.7), sensor);
   trained.pattern = std::make_shared<const Pattern>(train(picture.view(), camera.mapping, options));
   return trained;

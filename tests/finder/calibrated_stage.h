@@ -45,7 +45,8 @@ struct CalibratedPattern {
 /// `drawing` is in pixels of the picture's middle; `at`: frame pixel at which it lies; searched later at `angle`
 /// degrees.
 [[nodiscard]] CalibratedPattern train_through(const Camera& camera, const render::Drawing& drawing,
-                                              const Eigen::Vector2d& at, const Range& angle, std::uint64_t seed);
+                                              const Eigen::Vector2d& at, const Range& angle, std::uint64_t seed,
+                                              double noise = 2.0);
 
 struct CalibratedShot {
   render::Picture picture;

@@ -138,6 +138,29 @@ TEST(RectifiedLevel, WhatThePictureDoesNotShowIsItsMean) {
   EXPECT_GT(unseen, 100);
 }
 
+TEST(RectifiedLevel, TellsOfEachRowWhatThePictureShows) {
+  const measure::Camera camera = measure::slanted_camera();
+  const MadeLevel made = level_of(camera.mapping, 100.0);
+  RectifiedLevel rectified;
+  ASSERT_TRUE(rectified.update(made.level, camera.mapping, far_reach));
+  const Level& grid = rectified.level();
+  ASSERT_EQ(rectified.shown().size(), static_cast<std::size_t>(grid.height));
+  int outside = 0;
+  for (int v = 0; v < grid.height; ++v) {
+    const ColumnRange& shown = rectified.shown()[static_cast<std::size_t>(v)];
+    for (int u = 0; u < grid.width; ++u) {
+      const Eigen::Vector2d p =
+          made.level.level_from_image(camera.mapping.image_from_plane(rectified.mapping().plane_from_image({u, v})));
+      const bool in = p.x() > -0.4 && p.y() > -0.4 && p.x() < 79.4 && p.y() < 59.4;
+      const bool out = p.x() < -0.6 || p.y() < -0.6 || p.x() > 79.6 || p.y() > 59.6;
+      const bool told = u >= shown.left && u <= shown.right;
+      EXPECT_FALSE((in && !told) || (out && told)) << u << " " << v;
+      outside += told ? 0 : 1;
+    }
+  }
+  EXPECT_GT(outside, 100);
+}
+
 TEST(RectifiedLevel, ServesBothFieldsInTurn) {
   const measure::Camera camera = measure::slanted_lens_camera();
   const double period = camera.unit * 8.0 * 25.0;

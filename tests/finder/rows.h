@@ -12,6 +12,7 @@ namespace vsfind::measure {
 struct Settings {
   int scenes = 200;        ///< of each row of random scenes
   std::uint64_t seed = 1;  ///< of the whole table
+  double noise = 2.0;      ///< of the calibrated rows, in the training picture, too; grey levels
 };
 
 /// A row, or a few that belong together, that prints itself and says whether all targets were reached.

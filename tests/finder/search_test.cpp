@@ -70,6 +70,26 @@ TEST(Search, FindsPositionAndAngleToAHundredthOfAPixel) {
   EXPECT_GT(finder.search_ms(), 0.0);
 }
 
+TEST(Search, TheStandardDeviationIsKnownWhereMuchDisagrees) {
+  // So noisy that all points together have the say.
+  Finder finder({trained(options_for(40.0))}, {});
+  render::Scene scene;
+  scene.width = 320;
+  scene.height = 280;
+  const Pose there{171.27, 133.81, 23.4, 1.0, 1.0};
+  scene.items.push_back({render::artwork(3), there});
+  render::Sensor sensor;
+  sensor.noise = 40.0;
+  sensor.seed = 5;
+  const auto& matches = finder.find(render::develop(render::expose(scene, 0.7), sensor).view(), Mapping())[0].matches;
+  ASSERT_EQ(matches.size(), 1U);
+  for (const double sigma : {matches[0].sigma_x, matches[0].sigma_y, matches[0].sigma_angle_deg}) {
+    EXPECT_GT(sigma, 0.005);
+    EXPECT_LT(sigma, 0.2);
+  }
+  expect_pose(matches[0], there, 5.0 * matches[0].sigma_x, 5.0 * matches[0].sigma_angle_deg);
+}
+
 TEST(Search, PosesAtTheEndsOfTheRangeAreRefinedLikeAnyOther) {
   Finder finder({trained(options_for(20.0))}, {});
   for (const double angle : {-20.0, 20.0}) {

@@ -32,6 +32,7 @@ using Words = std::vector<std::string>;
 
 const std::string camera = "/dev/video0";
 const std::string output = "/dev/video1";
+const std::string multi_planar = "/dev/video20";
 constexpr std::uint32_t webcam = 0;
 constexpr std::uint32_t s_video = 1;
 constexpr std::uint32_t hdmi = 2;
@@ -51,6 +52,7 @@ class Guest {
     live();
     patterns();
     formats();
+    planes();
     faults();
     settings();
   }
@@ -73,8 +75,8 @@ class Guest {
               << std::flush;
   }
 
-  [[nodiscard]] Words record(const std::string& name, const Words& more) const {
-    return Words{"record", "-v", "--source", "v4l2:" + camera, "-o", file(name + ".y4m")} + more;
+  [[nodiscard]] Words record(const std::string& name, const Words& more, const std::string& device = camera) const {
+    return Words{"record", "-v", "--source", "v4l2:" + device, "-o", file(name + ".y4m")} + more;
   }
   void to_end(const std::string& name, const Words& arguments) const { GuestRun(folder_, name, arguments).wait(); }
 
@@ -167,6 +169,23 @@ class Guest {
     }
   }
 
+  /// The same picture from a device of several planes, each in a memory of its own or all in one.
+  void planes() const {
+    for (const std::string format : {"GREY", "YUYV", "NV12", "NM12", "NM16", "YM12", "RGB3"}) {
+      const std::string name = "planes_" + format;
+      step(name, [&] {
+        to_end(name,
+               record(name,
+                      Words{"--size", "640x360", "--frame-rate", "40", "--pixel-format", format, "--frames", "2"} +
+                          pattern("Gray Ramp"),
+                      multi_planar));
+      });
+    }
+    step("planes_default", [&] {
+      to_end("planes_default", record("planes_default", {"--size", "640x360", "--frames", "2"}, multi_planar));
+    });
+  }
+
   /// Records until `end`, with `inject` called when eight frames are there, and eight more waited for after that. A
   /// signal ends it.
   void fault(const std::string& name, const Words& input, const std::function<void()>& inject,
@@ -182,16 +201,33 @@ class Guest {
     });
   }
 
-  /// Whole frames of 720x576 pixels in a recording that is being made.
-  [[nodiscard]] int frames_in(const std::string& name) const {
+  /// Whole frames of 720 pixels by so many rows in a recording that is being made.
+  [[nodiscard]] int frames_in(const std::string& name, std::uintmax_t rows = 576) const {
     std::error_code error;
     const auto size = fs::file_size(file(name + ".y4m"), error);
-    constexpr std::uintmax_t frame = 720 * 576 + 63;
+    const std::uintmax_t frame = 720 * rows + 63;
     return error ? 0 : static_cast<int>(size / frame);
   }
-  void wait_for_frames(const std::string& name, int count, GuestRun& run) const {
-    wait_until(fmt::format("{} frames of {}", count, name), [&] { return frames_in(name) >= count || run.ended(); });
+  void wait_for_frames(const std::string& name, int count, GuestRun& run, std::uintmax_t rows = 576) const {
+    wait_until(fmt::format("{} frames of {}", count, name),
+               [&] { return frames_in(name, rows) >= count || run.ended(); });
     if (run.ended()) run.wait();
+  }
+
+  /// What becomes of a run that follows the signal when that changes from PAL to NTSC.
+  void other_size(const std::string& name, const Words& arguments) const {
+    step(name, [&] {
+      select_vivid(camera, s_video, true, false);
+      GuestRun run(folder_, name, arguments);
+      constexpr int frames = 8;
+      wait_for_frames(name, frames, run);
+      set_vivid(camera, "Standard", 0);  // NTSC
+      set_vivid(camera, "Standard Signal Mode", 4);
+      wait_for_frames(name + "-2", frames, run, 480);
+      run.kill(SIGINT);
+      run.wait();
+    });
+    step(name + "_off", [] { set_vivid(camera, "Standard Signal Mode", 0); });
   }
 
   void faults() const {
@@ -216,11 +252,13 @@ class Guest {
       pause(700);
       set("Standard Signal Mode", 0);
     });
-    // Without a standard it follows the signal, which a recording cannot.
-    fault(
-        "fault_other_size", {"--input", "S-Video 0", "--pixel-format", "GREY"}, [&] { set("Standard Signal Mode", 4); },
-        1000);
-    step("same_standard", [&] { set("Standard Signal Mode", 0); });
+    // Without a standard it follows the signal.
+    const Words following = Words{"--input", "S-Video 0", "--pixel-format", "GREY"} + pattern("16x16 Checkers");
+    other_size("record_other_size", record("record_other_size", following));
+    other_size("live_other_size",
+               Words{"live", "-v", "--source", "v4l2:" + camera, "--model", model_, "--field", "split", "--csv",
+                     file("live_other_size.csv"), "--record", file("live_other_size.y4m")} +
+                   following);
     const auto log_says = [&](const std::string& step, const std::string& text) {
       std::ifstream log(file(step + ".err"));
       return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;

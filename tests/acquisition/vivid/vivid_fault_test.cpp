@@ -7,6 +7,7 @@
 #include <regex>
 
 #include "tests/acquisition/vivid/results.h"
+#include "tests/app/shell.h"
 
 namespace vsfind::test {
 namespace {
@@ -106,13 +107,60 @@ TEST_P(VividLoss, IsToldOfOnceAndRecoveredFrom) {
   }
 }
 
-TEST_F(VividTest, ARecordingEndsWhereTheSignalHasAnotherSize) {
-  const Story story("fault_other_size");
-  EXPECT_EQ(story.code, 4);
-  EXPECT_EQ(story.recording.info.height, 576);
-  EXPECT_GE(story.recording.frames.size(), 8U);
-  EXPECT_EQ(story.bad, 0U);
-  EXPECT_THAT(story.log, HasSubstr("now gives 720x480 pixels of 8 bits, the recording has 720x576 of 8"));
+/// A run that follows the signal from PAL to NTSC: its recording goes on in another file.
+void expect_both_sizes(const std::string& step) {
+  EXPECT_EQ(guest_code(step), 0) << guest_text(step + ".err");
+  const GuestRecording pal = guest_recording(step);
+  const GuestRecording ntsc = guest_recording(step + "-2");
+  EXPECT_EQ(pal.info.height, 576);
+  EXPECT_EQ(pal.info.order, FieldOrder::top_first);
+  EXPECT_EQ(pal.info.pixel_aspect, (Ratio{59, 54}));
+  EXPECT_EQ(ntsc.info.height, 480);
+  EXPECT_EQ(ntsc.info.order, FieldOrder::bottom_first);
+  EXPECT_EQ(ntsc.info.pixel_aspect, (Ratio{10, 11}));
+  EXPECT_NEAR(ntsc.info.frame_rate.value(), 30e3 / 1001, 0.5);
+  std::uint64_t next = 0;
+  for (const GuestRecording* recording : {&pal, &ntsc}) {
+    EXPECT_GE(recording->frames.size(), 8U);
+    // The first frame of either standard tells how it has to look.
+    const ImageView& first = recording->frames.at(0).image();
+    for (const Frame& frame : recording->frames) {
+      EXPECT_EQ(frame.info().status, FrameStatus::good);
+      EXPECT_GE(frame.info().sequence, next) << "numbers go on";
+      next = frame.info().sequence + 1;
+      for (int y = 7; y < first.height; y += 9) {
+        for (int x = 0; x < first.width; x += 7) ASSERT_EQ(frame.image().at(x, y), first.at(x, y)) << x << "," << y;
+      }
+    }
+  }
+  EXPECT_GT(ntsc.frames.at(0).info().sequence, pal.frames.back().info().sequence + 1) << "the change is a gap";
+}
+
+TEST_F(VividTest, ARecordingGoesOnInAnotherFileWhereTheSignalHasAnotherSize) {
+  expect_both_sizes("record_other_size");
+  EXPECT_THAT(guest_text("record_other_size.err"),
+              HasSubstr("now gives 720x480 pixels of 8 bits, before 720x576 of 8"));
+}
+
+TEST_F(VividTest, LiveSearchesAndRecordsOnWhereTheSignalHasAnotherSize) {
+  expect_both_sizes("live_other_size");
+  EXPECT_THAT(guest_text("live_other_size.err"), HasSubstr("the frames have changed; recording goes on in"));
+  std::vector<std::map<std::string, std::string>> again;
+  for (const std::string file : {"live_other_size", "live_other_size-2"}) {
+    const Outcome found =
+        vsfind({"replay", guest_file(file + ".y4m"), "--model", VIVID_MODEL, "--field", "split", "--csv", "-"});
+    EXPECT_EQ(found.code, 0) << found.err;
+    for (auto& row : csv_rows(found.out)) again.push_back(std::move(row));
+  }
+  auto rows = csv_rows(guest_text("live_other_size.csv"));
+  for (auto* all : {&rows, &again}) {
+    for (auto& row : *all) {
+      for (const char* other : {"source", "search_ms", "latency_ms"}) row.erase(other);
+    }
+  }
+  EXPECT_EQ(rows, again) << "each size with its own field order and pixel aspect";
+  EXPECT_EQ(rows.front()["field"], "top");
+  EXPECT_EQ(rows.back()["field"], "top") << "of NTSC the later one";
 }
 
 TEST_F(VividTest, ACameraThatIsHeldIsToldOf) {

@@ -19,14 +19,18 @@ using testing::HasSubstr;
 TEST_F(VividTest, CamerasListsWhatCanBeOpened) {
   ASSERT_EQ(guest_code("cameras"), 0) << guest_text("cameras.err");
   const auto lines = lines_of(guest_text("cameras.out"));
-  ASSERT_EQ(lines.size(), 1U) << "the outputs, VBI, radio and touch nodes are no cameras";
+  ASSERT_EQ(lines.size(), 2U) << "the outputs, VBI, radio and touch nodes are no cameras";
   EXPECT_THAT(lines[0], testing::StartsWith("v4l2:/dev/video0  vivid  "));
   EXPECT_THAT(lines[0], HasSubstr("GREY"));
   EXPECT_THAT(lines[0], HasSubstr("320x180 … 3840x2160 (6 sizes)"));
+  EXPECT_THAT(lines[0], HasSubstr("timestamps of the end of a frame (monotonic clock)"));
+  EXPECT_THAT(lines[1], testing::StartsWith("v4l2:/dev/video20  vivid  "));
+  EXPECT_THAT(lines[1], HasSubstr("NM12"));
 
   ASSERT_EQ(guest_code("cameras_json"), 0);
   const auto json = nlohmann::json::parse(guest_text("cameras_json.out"));
-  ASSERT_EQ(json.size(), 1U);
+  ASSERT_EQ(json.size(), 2U);
+  EXPECT_EQ(json[0]["timestamps"]["of"], "end");
   EXPECT_EQ(json[0]["uri"], "v4l2:/dev/video0");
   EXPECT_EQ(json[0]["model"], "vivid");
   EXPECT_EQ(json[0]["address"], "platform:vivid-000");

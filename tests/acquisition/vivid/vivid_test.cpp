@@ -171,6 +171,40 @@ TEST_P(VividFormat, GivesTheLumaOfGrey) {
   }
 }
 
+/// A device of several planes gives the same pictures, whether its planes lie in one memory or apart.
+class VividPlanes : public VividTestWith<Format> {};
+
+INSTANTIATE_TEST_SUITE_P(, VividPlanes,
+                         testing::Values(Format{"GREY", 8, false}, Format{"YUYV", 8, true}, Format{"NV12", 8, true},
+                                         Format{"NM12", 8, true}, Format{"NM16", 8, true}, Format{"YM12", 8, true}),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+TEST_P(VividPlanes, GiveTheLumaOfOnePlane) {
+  const Format& format = GetParam();
+  const std::string step = std::string("planes_") + format.name;
+  ASSERT_EQ(guest_code(step), 0) << guest_text(step + ".err");
+  EXPECT_THAT(guest_text(step + ".err"), testing::HasSubstr(std::string(" ") + format.name + ", none"));
+  const GuestRecording grey = guest_recording(format.studio ? "format_YUYV" : "format_GREY");
+  const GuestRecording recording = guest_recording(step);
+  ASSERT_EQ(recording.frames.size(), 2U);
+  for (const Frame& frame : recording.frames) {
+    ASSERT_EQ(frame.info().status, FrameStatus::good);
+    EXPECT_EQ(frame.info().clock, Clock::monotonic);
+    EXPECT_EQ(frame.info().stamped_at, StampedAt::end);
+    EXPECT_TRUE(same_pixels(frame.image(), grey.frames.at(0).image()));
+  }
+}
+
+TEST_F(VividTest, ADeviceOfSeveralPlanesConvertsAndChoosesByItself) {
+  ASSERT_EQ(guest_code("planes_RGB3"), 0) << guest_text("planes_RGB3.err");
+  const GuestRecording converted = guest_recording("planes_RGB3");
+  const GuestRecording expected = guest_recording("format_RGB3");
+  ASSERT_EQ(converted.frames.size(), 2U);
+  EXPECT_TRUE(same_pixels(converted.frames[1].image(), expected.frames.at(0).image()));
+  ASSERT_EQ(guest_code("planes_default"), 0) << guest_text("planes_default.err");
+  EXPECT_THAT(guest_text("planes_default.err"), testing::HasSubstr("640x360 GREY, none"));
+}
+
 /// Colour formats reach us through libv4l2: the ramp goes from black to white, though not by the same numbers.
 TEST_F(VividTest, ConvertsColoursToLuma) {
   for (const std::string format : {"RGB3", "BA81"}) {
