@@ -39,6 +39,11 @@ else()
   endforeach()
   target_link_options(vsfind_options INTERFACE LINKER:-z,relro,-z,now LINKER:-z,noexecstack)
 endif()
+if(VSFIND_COVERAGE)
+  # Threads count at once.
+  target_compile_options(vsfind_options INTERFACE --coverage -fprofile-update=atomic)
+  target_link_options(vsfind_options INTERFACE --coverage)
+endif()
 # The standard library's own checks, where speed does not matter.
 if(VSFIND_SANITIZE OR CMAKE_BUILD_TYPE STREQUAL "Debug")
   target_compile_definitions(vsfind_options INTERFACE _GLIBCXX_ASSERTIONS)

@@ -16,7 +16,7 @@ namespace {
 constexpr double longest_s = 1e9;
 
 bool is_of_output(const Setting& setting) {
-  return setting.name == "csv" || setting.name == "jsonl" || setting.name == "overlay";
+  return setting.name == "csv" || setting.name == "jsonl" || setting.name == "overlay" || setting.name == "report";
 }
 
 std::vector<Setting> search_settings(LiveSource& source) {
@@ -151,6 +151,7 @@ void complete_live_request(LiveRequest& request, const Settings& settings) {
     source.options.csv = request.common.options.csv;
     source.options.jsonl = request.common.options.jsonl;
     source.options.overlay = request.common.options.overlay;
+    source.options.report = request.common.options.report;
   }
   for (const auto& uri : request.uris) {
     request.sources.push_back(request.common);

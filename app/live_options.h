@@ -25,7 +25,7 @@ struct LiveSource {
 struct LiveRequest {
   std::string config;
   std::vector<std::string> uris;    ///< sources that share all settings
-  LiveSource common;                ///< those settings; of its options, csv, jsonl and overlay are for all sources
+  LiveSource common;                ///< those settings; of its options, csv, jsonl, overlay and report are for all
   std::vector<LiveSource> sources;  ///< what is done, after complete_live_request()
   std::optional<std::uint64_t> frames;
   std::optional<double> seconds;

@@ -3,12 +3,15 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/stat.h>
+#include <zlib.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
 #include <span>
+#include <string_view>
 #include <system_error>
 
 #include "acquisition/errors.h"
@@ -117,18 +120,47 @@ void check_version(KeyReader& reader, const std::string& file) {
                      ": no calibration of vsfind: its first key would be vsfind_calibration (files of other programs: "
                      "vsfind calibrate --import)");
   }
-  const int version = reader.whole("vsfind_calibration", 0, 1000000);
-  if (version != calibration_file_version) {
-    reader.fail("vsfind_calibration",
-                fmt::format("version {} is not known here (allowed: {})", version, calibration_file_version));
+  const int version = reader.whole("vsfind_calibration", 1, 1000000);
+  if (version > calibration_file_version) {
+    reader.fail("vsfind_calibration", fmt::format("version {} was made by a newer vsfind (allowed: up to {})", version,
+                                                  calibration_file_version));
   }
+}
+
+/// Of the lines that say something, without comments and the checksum's own line: another line end or a remark does
+/// not change it.
+std::string checksum_of(std::string_view text) {
+  constexpr std::string_view blanks = " \t\r";
+  uLong sum = crc32_z(0, nullptr, 0);
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    if (line.starts_with("checksum:")) continue;
+    if (line.starts_with('#')) continue;
+    line = line.substr(0, line.find(" #"));
+    const std::size_t last = line.find_last_not_of(blanks);
+    if (last == std::string_view::npos) continue;
+    const std::string said = std::string(line.substr(0, last + 1)) + '\n';
+    sum = crc32_z(sum, reinterpret_cast<const Bytef*>(said.data()), said.size());
+  }
+  return fmt::format("{:08x}", sum);
+}
+
+void check_checksum(KeyReader& reader, const std::string& text) {
+  if (!reader.has("checksum")) return;
+  const std::string right = checksum_of(text);
+  if (reader.text("checksum") == right) return;
+  reader.fail("checksum",
+              "does not suit the rest: the file is damaged, or was edited (after editing it by hand take "
+              "this line out)");
 }
 
 }  // namespace
 
 std::string calibration_text(const Calibration& calibration) {
-  std::string text = fmt::format("vsfind_calibration: {}\nunit: {}  # of plane coordinates\n", calibration_file_version,
-                                 quoted(calibration.unit));
+  const std::string version = fmt::format("vsfind_calibration: {}\n", calibration_file_version);
+  std::string text = fmt::format("unit: {}  # of plane coordinates\n", quoted(calibration.unit));
   if (calibration.image_width > 0) {
     text += fmt::format("image_size: [{}, {}]  # of the whole frame, pixels\n", calibration.image_width,
                         calibration.image_height);
@@ -159,7 +191,10 @@ std::string calibration_text(const Calibration& calibration) {
                         list(std::span(rows.col(2).data(), 3)));
   }
   if (calibration.residuals.points > 0) text += residuals_text(calibration.residuals);
-  return text;
+  return version +
+         fmt::format("checksum: \"{}\"  # of what follows; take this line out after editing by hand\n",
+                     checksum_of(version + text)) +
+         text;
 }
 
 Calibration parse_calibration(const std::string& text, const std::string& file) {
@@ -167,6 +202,7 @@ Calibration parse_calibration(const std::string& text, const std::string& file) 
   if (root.kind != YamlNode::Kind::map) throw UsageError(file + ": no calibration: it has no keys");
   KeyReader reader(file, root);
   check_version(reader, file);
+  check_checksum(reader, text);
   Calibration calibration;
   calibration.file = file;
   calibration.unit = reader.text("unit");

@@ -2,7 +2,8 @@
 /// @file
 /// A calibration as a YAML file that a person can read and edit. For example
 ///
-///     vsfind_calibration: 1            # version of this format
+///     vsfind_calibration: 2            # version of this format
+///     checksum: "7d3f0c1a"             # of all other lines but their comments; may be left out
 ///     unit: mm                         # of plane coordinates
 ///     image_size: [720, 576]           # of the whole frame, pixels; left out: any size
 ///     made_from: frame                 # frame, top or bottom: what the pictures held
@@ -19,6 +20,8 @@
 ///
 /// Instead of lens and plane there may be `homography: [[…], […], […]]`, frame pixels from plane coordinates, its third
 /// row positive where the plane is visible; or neither.
+///
+/// A file whose checksum does not suit the rest is refused. Version 1 had none.
 
 #include <string>
 
@@ -26,8 +29,8 @@
 
 namespace vsfind {
 
-/// The newest version that this program writes and reads.
-inline constexpr int calibration_file_version = 1;
+/// The version that this program writes, and the newest that it reads.
+inline constexpr int calibration_file_version = 2;
 
 /// The file's text.
 [[nodiscard]] std::string calibration_text(const Calibration& calibration);

@@ -218,7 +218,7 @@ Pattern pattern_from(const Json& json, const std::string& path) {
   p.edges = r.flag("edges");
   p.edge_threshold = r.number("edge_threshold", 0.0, 255.0);
   p.spread = r.flag("spread");
-  p.from_field = r.flag("from_field");
+  if (r.has("from_field")) p.from_field = r.flag("from_field");  // earlier models lack it
   p.polarity = polarity_from(r);
   p.top_level = r.integer("top_level", 0, deepest_level);
   p.angle_step_deg = r.number("angle_step_deg", 0.0, 180.0);

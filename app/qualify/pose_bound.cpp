@@ -13,25 +13,19 @@ namespace {
 constexpr std::array<double, 3> taps{3.0 / 4.0, -3.0 / 20.0, 1.0 / 60.0};
 constexpr double taps_square_sum = 2.0 * (9.0 / 16.0 + 9.0 / 400.0 + 1.0 / 3600.0);
 constexpr int reach = 3;
-constexpr int rim = 2;  // pattern pixels
 
-/// Whether the pattern, or its rim, covers a point (pattern pixels from the origin).
+/// Whether the pattern covers a point (pattern pixels from the origin).
 bool covers(const Pattern& pattern, const Eigen::Vector2d& q) {
   const PatternImage& image = pattern.image;
   if (image.width <= 0 || image.height <= 0 || image.mask.empty()) {
-    return q.x() > pattern.left - rim && q.x() < pattern.left + pattern.width + rim && q.y() > pattern.top - rim &&
-           q.y() < pattern.top + pattern.height + rim;
+    return q.x() >= pattern.left && q.x() < pattern.left + pattern.width && q.y() >= pattern.top &&
+           q.y() < pattern.top + pattern.height;
   }
-  const auto part = [&](double x, double y) {
-    const double u = std::round(x + image.origin_x);
-    const double v = std::round(y + image.origin_y);
-    if (!(u >= 0.0 && v >= 0.0 && u < image.width && v < image.height)) return false;
-    const auto index =
-        static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(u);
-    return image.mask[index] == 255;
-  };
-  return part(q.x(), q.y()) || part(q.x() - rim, q.y()) || part(q.x() + rim, q.y()) || part(q.x(), q.y() - rim) ||
-         part(q.x(), q.y() + rim);
+  const double u = std::round(q.x() + image.origin_x);
+  const double v = std::round(q.y() + image.origin_y);
+  if (!(u >= 0.0 && v >= 0.0 && u < image.width && v < image.height)) return false;
+  const auto index = static_cast<std::size_t>(v) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(u);
+  return image.mask[index] == 255;
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ struct PoseBound {
   double angle_deg = 0.0;  ///< 0 where the angle is not asked for
 };
 
-/// The Cramér-Rao bound: the inverse of the information that all pixels of the pattern (and of a rim of two pixels)
-/// hold about position, angle, gain and offset at once, for independent normal noise. Gradients come from the pictures
+/// The Cramér-Rao bound: the inverse of the information that all pixels of the pattern, as far as it was taught, hold
+/// about position, angle, gain and offset at once, for independent normal noise. Gradients come from the pictures
 /// themselves by a seven-tap derivative; what the noise adds to their squares is taken off, and pictures are averaged.
 class PoseBoundEstimator {
  public:

@@ -6,6 +6,7 @@
 
 #include "acquisition/errors.h"
 #include "app/command.h"
+#include "app/log.h"
 #include "app/output_file.h"
 #include "app/program.h"
 #include "app/qualify/qualify_options.h"
@@ -13,6 +14,7 @@
 #include "app/qualify/simulation.h"
 #include "app/result_row.h"
 #include "app/signals.h"
+#include "app/source_events.h"
 #include "finder/train.h"
 
 namespace vsfind {
@@ -41,9 +43,9 @@ QualifyResults qualify_simulation(const QualifyRequest& request) {
       wanted.fiducials = request.fiducials;
       wanted.truth = stage->truth;
       row.name = options.name;
-      row.points = refine_points(*wanted.pattern);
+      row.points = pose_points(*wanted.pattern);
       const auto source = open_stage(*stage);
-      StageRun run = run_stage(*source, wanted);
+      StageRun run = std::move(run_stage(*source, {wanted}).front());
       StageAnalysis analysis = analyse_stage(run, stage->kind);
       (stage->kind == StageKind::linear ? row.linear : row.rotary) = StageTest{std::move(run), std::move(analysis)};
     }
@@ -63,26 +65,41 @@ QualifyResults qualify_simulation(const QualifyRequest& request) {
   return results;
 }
 
+std::unique_ptr<FrameSource> open_steps(const QualifyRequest& request) {
+  if (!is_camera(request.source)) return open_sequence(request.source);
+  StepChoice choice = request.steps;
+  if (!log_is_quiet()) {
+    choice.on_wait = [of = request.most_frames](std::size_t step) {
+      fmt::print(stderr, "step {} of {}: Enter when the target stands still\n", step + 1, of);
+    };
+  }
+  auto source = open_stepped(open_source(request.source, request.camera), std::move(choice));
+  log_source_events(*source);
+  return source;
+}
+
 QualifyResults qualify_sequence(const QualifyRequest& request) {
   SignalWatcher signals;  // before any other thread
   QualifyResults results;
   results.title = "vsfind qualify: " + request.source;
   const auto patterns = load_models(request.models);
+  const auto source = open_steps(request);
+  signals.on_signal([&source] { source->stop(); });
+  results.mapping = mapping_for(request.source, source->info().pixel_aspect, request.mapping);
+  check_units(patterns, results.mapping);
+  check_region(request.search, source->info().width, source->info().height, request.source);
+  std::vector<StageRequest> wanted;
   for (const auto& pattern : patterns) {
-    const auto source = open_sequence(request.source);
-    signals.on_signal([&source] { source->stop(); });
-    results.mapping = mapping_for(request.source, source->info().pixel_aspect, request.mapping);
-    check_units({pattern}, results.mapping);
-    check_region(request.search, source->info().width, source->info().height, request.source);
-    StageRequest wanted;
-    wanted.pattern = pattern;
-    wanted.search = request.search;
-    wanted.mapping = results.mapping;
-    wanted.field = request.field;
-    wanted.fiducials = request.fiducials;
-    wanted.most_frames = request.most_frames;
-    StageRun run = run_stage(*source, wanted);
-    signals.on_signal({});
+    StageRequest& one = wanted.emplace_back();
+    one.pattern = pattern;
+    one.search = request.search;
+    one.mapping = results.mapping;
+    one.field = request.field;
+    one.fiducials = request.fiducials;
+  }
+  std::vector<StageRun> runs = run_stage(*source, wanted, request.most_frames);
+  signals.on_signal({});
+  for (StageRun& run : runs) {
     StageAnalysis analysis = analyse_stage(run, request.stage);
     if (request.fiducials.wanted && analysis.with_fiducials == 0) {
       spdlog::warn(
@@ -91,9 +108,9 @@ QualifyResults qualify_sequence(const QualifyRequest& request) {
           request.source);
     }
     QualifyRow& row = results.rows.emplace_back();
-    row.name = pattern->name;
-    row.accuracy = pattern->accuracy;
-    row.points = refine_points(*pattern);
+    row.name = run.pattern->name;
+    row.accuracy = run.pattern->accuracy;
+    row.points = pose_points(*run.pattern);
     (request.stage == StageKind::linear ? row.linear : row.rotary) = StageTest{std::move(run), std::move(analysis)};
   }
   std::string models;
@@ -142,9 +159,12 @@ Command qualify_command() {
       "steps, a picture at each. Printed: how far the positions found lie from a straight line (or the angles from\n"
       "equal steps), how far the pattern lies from the fiducials, standard deviation and maximum, and the smallest\n"
       "standard deviation that the noise of the pictures allows. Lengths in the calibration's unit or px, angles in\n"
-      "degrees, times in milliseconds, noise in grey levels of 255.\n"
+      "degrees, times in milliseconds, noise in grey levels of 255. The pictures come from a recording, from a "
+      "folder,\n"
+      "or from a camera as the stage moves.\n"
       "Example: vsfind qualify --simulate --accuracy 10,20,30 --report qualified\n"
-      "Example: vsfind qualify stage.y4m --model part.vsm --stage rotary --report qualified",
+      "Example: vsfind qualify stage.y4m --model part.vsm --stage rotary --report qualified\n"
+      "Example: vsfind qualify gige: --frames 20 --take enter --model part.vsm --report qualified",
       declare_qualify};
 }
 

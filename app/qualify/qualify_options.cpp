@@ -3,6 +3,7 @@
 #include <limits>
 
 #include "acquisition/errors.h"
+#include "app/camera_options.h"
 
 namespace vsfind {
 namespace {
@@ -26,7 +27,21 @@ void set_fiducials(FiducialChoice& choice, const std::vector<std::string>& value
   if (choice.regions.size() > most_fiducials) throw ValueError("too many regions (allowed: 2 to 64)");
 }
 
+void set_steps(StepChoice& choice, const std::string& value) {
+  choice.kind = StepChoice::Kind::interval;
+  if (value == "every") choice.kind = StepChoice::Kind::every;
+  if (value == "enter") choice.kind = StepChoice::Kind::line;
+  if (choice.kind != StepChoice::Kind::interval) return;
+  try {
+    choice.interval_s = parse_number(value, 1e-3, 1e5);
+  } catch (const ValueError&) {
+    throw ValueError("'" + value + "' is not known (allowed: every, enter, or seconds from 0.001 to 100000)");
+  }
+}
+
 }  // namespace
+
+bool is_camera(const std::string& source) { return source.starts_with("v4l2:") || source.starts_with("gige:"); }
 
 std::vector<int> parse_accuracies(const std::string& text) {
   std::vector<int> accuracies;
@@ -60,7 +75,9 @@ std::vector<Setting> qualify_settings(QualifyRequest& request) {
     };
   };
 
-  add("source", "SEQUENCE", "Recording (.y4m), or folder of images in name order, a picture a step",
+  add("source", "SEQUENCE",
+      "Recording (.y4m), or folder of images in name order, a picture a step; or a camera: v4l2:/dev/videoN, "
+      "gige:NAME-OR-ADDRESS, gige: (the first one)",
       recorded("SEQUENCE", [r](Values v) { r->source = parse_path(v[0]); }))
       .positional = true;
   add("model", "FILE", "Trained pattern (needed without --simulate; repeatable: a row of the table each)",
@@ -83,7 +100,7 @@ std::vector<Setting> qualify_settings(QualifyRequest& request) {
       recorded("--angle", [r](Values v) { r->search.angle_deg = parse_range(v[0], -360.0, 360.0, "degrees"); }));
   add("region", "X,Y,W,H", "Where the origin is looked for, frame pixels (default: everywhere)",
       recorded("--region", [r](Values v) { r->search.region = parse_roi(v[0]); }));
-  add("min-score", "0..1", "Weakest correlation that counts as found (default 0.6)",
+  add("min-score", "0..1", "Weakest correlation that counts as found (default 0.65)",
       [r](Values v) { r->search.min_score = parse_number(v[0], 0.0, 1.0); });
   add("calibration", "FILE", "Calibration of the camera: results are then in its unit",
       recorded("--calibration",
@@ -99,9 +116,24 @@ std::vector<Setting> qualify_settings(QualifyRequest& request) {
       recorded("--field", [r](Values v) {
         r->field = parse_word<Field>(v[0], {{"frame", Field::frame}, {"top", Field::top}, {"bottom", Field::bottom}});
       }));
-  add("frames", "N", "Stop after so many frames", recorded("--frames", [r](Values v) {
+  add("frames", "N", "Stop after so many good frames (needed of a camera)", recorded("--frames", [r](Values v) {
         r->most_frames = static_cast<std::size_t>(parse_whole(v[0], 3, std::numeric_limits<int>::max()));
       }));
+  add("take", "every|enter|S",
+      "Of a camera: every frame is a step (the stage triggers the camera); or one frame is, for each Enter at stdin, "
+      "or "
+      "every S seconds (default every)",
+      [r](Values v) {
+        r->only_live.emplace_back("--take");
+        set_steps(r->steps, v[0]);
+      });
+  for (Setting& setting : camera_settings(r->camera)) {
+    setting.set = [r, option = "--" + setting.name, set = std::move(setting.set)](Values v) {
+      r->only_live.push_back(option);
+      set(v);
+    };
+    settings.push_back(std::move(setting));
+  }
   add("threads", "N", "Threads of a search, 1 to 64 (default 1)",
       [r](Values v) { r->search.threads = parse_whole(v[0], 1, 64); });
   add("report", "DIR", "Write report.html (complete in itself), its charts as PNG, and measured.csv into this folder",
@@ -127,8 +159,8 @@ std::vector<Setting> qualify_settings(QualifyRequest& request) {
 
 void complete_qualify_request(const QualifyRequest& request) {
   if (request.simulate) {
-    if (!request.only_recorded.empty()) {
-      throw UsageError(request.only_recorded.front() + " and --simulate cannot be given together");
+    for (const auto* options : {&request.only_recorded, &request.only_live}) {
+      if (!options->empty()) throw UsageError(options->front() + " and --simulate cannot be given together");
     }
     return;
   }
@@ -137,6 +169,15 @@ void complete_qualify_request(const QualifyRequest& request) {
   }
   if (request.source.empty())
     throw UsageError("qualify: a SEQUENCE or --simulate is needed; see vsfind qualify --help");
+  if (is_camera(request.source)) {
+    if (request.most_frames == 0) {
+      throw UsageError(request.source + ": --frames is needed of a camera: the number of steps, 3 or more");
+    }
+  } else if (!request.only_live.empty()) {
+    throw UsageError(request.only_live.front() +
+                     " needs a camera as SEQUENCE (allowed: v4l2:/dev/videoN, "
+                     "gige:NAME-OR-ADDRESS, gige:)");
+  }
   if (request.models.empty()) throw UsageError("--model is needed: a file that vsfind train has written");
 }
 

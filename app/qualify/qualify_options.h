@@ -5,13 +5,17 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/camera.h"
 #include "app/qualify/simulation.h"
+#include "app/qualify/stepped_source.h"
 #include "app/settings.h"
 
 namespace vsfind {
 
 struct QualifyRequest {
-  std::string source;
+  std::string source;     ///< a sequence, or a camera's URI
+  CameraSettings camera;  ///< of a camera
+  StepChoice steps;       ///< of a camera
   std::vector<std::string> models;
   StageKind stage = StageKind::linear;
   FiducialChoice fiducials;
@@ -26,10 +30,14 @@ struct QualifyRequest {
   std::string images;                       ///< folder for the simulated pictures, "" for none
   std::vector<std::string> only_recorded;   ///< options given that --simulate has no use for
   std::vector<std::string> only_simulated;  ///< options given that need --simulate
+  std::vector<std::string> only_live;       ///< options given that need a camera
 };
 
 /// The settings that fill `request`, which must outlive them.
 [[nodiscard]] std::vector<Setting> qualify_settings(QualifyRequest& request);
+
+/// Whether the source is a camera.
+[[nodiscard]] bool is_camera(const std::string& source);
 
 /// Checks what only all settings together can tell. Throws UsageError.
 void complete_qualify_request(const QualifyRequest& request);

@@ -141,13 +141,12 @@ std::string as_text(const Table& table) {
 
 std::string stage_title(const StageTest& test) {
   const auto& [run, a] = test;
-  const std::size_t steps = a.frames > 1 ? a.frames - 1 : 1;
+  const double step = a.travel / std::max(1.0, a.steps);
   if (a.kind == StageKind::linear) {
-    return fmt::format("Translation test: {} images, steps of {} {}, {} deg from +x", a.frames,
-                       fixed(a.travel / static_cast<double>(steps), 4), run.unit, fixed(a.direction_deg, 1));
+    return fmt::format("Translation test: {} images, steps of {} {}, {} deg from +x", a.frames, fixed(step, 4),
+                       run.unit, fixed(a.direction_deg, 1));
   }
-  return fmt::format("Rotation test: {} images, steps of {} deg", a.frames,
-                     fixed(a.travel / static_cast<double>(steps), 4));
+  return fmt::format("Rotation test: {} images, steps of {} deg", a.frames, fixed(step, 4));
 }
 
 std::string reference_of(const StageTest& test) {
@@ -182,7 +181,7 @@ void add_test(Page& page, const StageTest& test, const SourceMapping& mapping, c
   }
   const cv::Mat picture = stage_picture(run, mapping);
   write_png(folder + "/" + name + "-picture.png", picture);
-  page.gallery_picture(for_gallery(picture), "The first image: the pattern as found, the fiducials numbered.");
+  page.picture(for_gallery(picture), "The first image: the pattern as found, the fiducials numbered.");
 }
 
 void write_measured(const QualifyResults& results, const std::string& path) {
@@ -211,12 +210,37 @@ void write_measured(const QualifyResults& results, const std::string& path) {
   }
 }
 
+/// S.D. beside what the noise allows: of the pattern alone where the truth is known, else with the fiducials' own
+/// noise.
+void add_key_figures(std::vector<Page::Figure>& figures, const StageTest& test) {
+  const auto& [run, a] = test;
+  const std::string what = a.kind == StageKind::linear ? "translation" : "rotation";
+  const bool truth = a.truth_x.spread.count > 0;
+  const bool fiducials = !truth && a.with_fiducials > 0;
+  const auto number = [](double value, const std::string& unit) { return fixed(value, place) + " " + unit; };
+  const std::string of = truth       ? " against the truth"
+                         : fiducials ? " relative to the fiducials"
+                                     : " from the straight line";
+  if (a.kind == StageKind::linear || truth || fiducials) {
+    figures.push_back(
+        {number(truth ? per_axis(a.truth_x, a.truth_y) : position_sd(a), run.unit), what + ": S.D. in position" + of});
+    figures.push_back({number(std::hypot(bound_of(run.bound), fiducials ? a.fiducial_sigma : 0.0), run.unit),
+                       "the least that the noise allows"});
+  }
+  if (run.angle_searched) {
+    figures.push_back({number(truth ? a.truth_angle.spread.sd : angle_sd(a), "deg"), what + ": S.D. in angle"});
+    figures.push_back({number(std::hypot(run.bound.angle_deg, fiducials ? a.fiducial_sigma_angle_deg : 0.0), "deg"),
+                       "the least that the noise allows"});
+  }
+  figures.push_back({fixed(a.median_ms, 2) + " ms", what + ": search time"});
+}
+
 }  // namespace
 
-std::size_t refine_points(const Pattern& pattern) {
+std::size_t pose_points(const Pattern& pattern) {
   std::size_t points = 0;
   for (const auto& set : pattern.sets) {
-    if (set.use == PointUse::refine) points = std::max(points, set.points.size());
+    if (set.use == PointUse::refine || set.use == PointUse::outline) points += set.points.size();
   }
   return points;
 }
@@ -240,13 +264,7 @@ void write_qualify_report(const QualifyResults& results, const std::string& fold
   const QualifyRow& last = results.rows.back();
   std::vector<Page::Figure> figures;
   for (const auto* test : {&last.linear, &last.rotary}) {
-    if (!*test) continue;
-    const auto& [run, a] = **test;
-    const std::string what = a.kind == StageKind::linear ? "translation test" : "rotation test";
-    figures.push_back({fixed(position_sd(a), 4) + " " + run.unit, "S.D. in position, " + what});
-    if (run.angle_searched) figures.push_back({fixed(angle_sd(a), 4) + " deg", "S.D. in angle, " + what});
-    figures.push_back({fixed(bound_of(run.bound), 4) + " " + run.unit, "bound of the pattern's position, " + what});
-    figures.push_back({fixed(a.median_ms, 2) + " ms", "search time, " + what});
+    if (*test) add_key_figures(figures, **test);
   }
   page.key_figures(figures);
   for (const StageKind kind : {StageKind::linear, StageKind::rotary}) {
@@ -270,10 +288,10 @@ void write_qualify_report(const QualifyResults& results, const std::string& fold
       "centres, and centres to one position and, by least squares, one angle.");
   page.paragraph(
       "The bound is that of Cramér and Rao: no unbiased method can do better from these pixels. It counts all pixels "
-      "of "
-      "the pattern with the noise measured in the images, position, angle where it is searched, gain and offset "
-      "unknown; "
-      "beside the fiducials their own predicted noise is added. A sample of 20 images tells an S.D. to about 16%.");
+      "inside the region that was taught, with the noise measured in the images; position, angle where it is searched, "
+      "gain and offset are unknown; beside the fiducials their own predicted noise is added. The finder's own "
+      "prediction counts the points that it uses, and the noise of the training image. A sample of 20 images tells an "
+      "S.D. to about 16%.");
   std::vector<std::vector<std::string>> settings;
   settings.reserve(results.settings.size());
   for (const auto& [what, value] : results.settings) settings.push_back({what, value});

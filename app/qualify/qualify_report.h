@@ -35,7 +35,7 @@ struct QualifyResults {
 };
 
 /// Points that the final pose of a pattern rests on.
-[[nodiscard]] std::size_t refine_points(const Pattern& pattern);
+[[nodiscard]] std::size_t pose_points(const Pattern& pattern);
 
 /// The tables as plain text, a few lines each.
 [[nodiscard]] std::string qualify_text(const QualifyResults& results);

@@ -22,12 +22,12 @@ Deviations deviations(std::vector<double> values) {
   return result;
 }
 
-/// From the least-squares line over the index.
-Deviations from_equal_steps(const std::vector<double>& values) {
+/// From the least-squares line over the steps.
+Deviations from_equal_steps(const std::vector<double>& values, const std::vector<double>& steps) {
   double n = 0.0, sum_i = 0.0, sum_v = 0.0, sum_ii = 0.0, sum_iv = 0.0;
   for (std::size_t k = 0; k < values.size(); ++k) {
     if (!std::isfinite(values[k])) continue;
-    const auto i = static_cast<double>(k);
+    const double i = steps[k];
     n += 1.0;
     sum_i += i;
     sum_v += values[k];
@@ -39,7 +39,7 @@ Deviations from_equal_steps(const std::vector<double>& values) {
   if (d <= 0.0) return deviations(std::move(left));
   const double slope = (n * sum_iv - sum_i * sum_v) / d;
   const double start = (sum_v - slope * sum_i) / n;
-  for (std::size_t k = 0; k < values.size(); ++k) left[k] = values[k] - start - slope * static_cast<double>(k);
+  for (std::size_t k = 0; k < values.size(); ++k) left[k] = values[k] - start - slope * steps[k];
   return deviations(std::move(left));
 }
 
@@ -95,15 +95,15 @@ std::vector<double> unwrapped(std::vector<double> angles) {
   return angles;
 }
 
-double first_to_last(const std::vector<double>& values) {
-  double first = nothing;
-  double last = nothing;
-  for (const double v : values) {
-    if (!std::isfinite(v)) continue;
-    if (!std::isfinite(first)) first = v;
-    last = v;
-  }
-  return std::isfinite(first) ? last - first : 0.0;
+/// How far the values go from the first to the last that is known, and in how many steps.
+void set_travel(StageAnalysis& result, const std::vector<double>& values, const std::vector<double>& steps) {
+  const auto known = [](double v) { return std::isfinite(v); };
+  const auto first = std::find_if(values.begin(), values.end(), known);
+  if (first == values.end()) return;
+  const auto last = std::find_if(values.rbegin(), values.rend(), known);
+  result.travel = *last - *first;
+  result.steps = steps[static_cast<std::size_t>(values.rend() - last) - 1] -
+                 steps[static_cast<std::size_t>(first - values.begin())];
 }
 
 Deviations about_mean(std::vector<double> values) {
@@ -164,8 +164,9 @@ void compare_with_truth(const StageRun& run, StageAnalysis& result) {
 
 void analyse_travel(const StageRun& run, StageAnalysis& result) {
   Points pattern, fiducials;
-  std::vector<double> pattern_angle, fiducial_angle;
+  std::vector<double> pattern_angle, fiducial_angle, steps;
   for (const StageFrame& frame : run.frames) {
+    steps.push_back(frame.step);
     pattern.emplace_back();
     if (frame.match) pattern.back() = Eigen::Vector2d(frame.match->pose.x, frame.match->pose.y);
     pattern_angle.push_back(frame.match ? frame.match->pose.angle_deg : nothing);
@@ -175,19 +176,19 @@ void analyse_travel(const StageRun& run, StageAnalysis& result) {
   }
   if (result.kind == StageKind::rotary) {
     const auto angles = unwrapped(std::move(pattern_angle));
-    result.travel = first_to_last(angles);
-    result.pattern_turn = from_equal_steps(angles);
-    result.fiducials_turn = from_equal_steps(unwrapped(std::move(fiducial_angle)));
+    set_travel(result, angles, steps);
+    result.pattern_turn = from_equal_steps(angles, steps);
+    result.fiducials_turn = from_equal_steps(unwrapped(std::move(fiducial_angle)), steps);
     return;
   }
   Straight line = fit_straight(pattern);
-  result.travel = first_to_last(line.along);
+  set_travel(result, line.along, steps);
   result.direction_deg = std::atan2(line.direction.y(), line.direction.x()) * degrees;
   result.pattern_across = deviations(std::move(line.across));
-  result.pattern_along = from_equal_steps(line.along);
+  result.pattern_along = from_equal_steps(line.along, steps);
   Straight other = fit_straight(fiducials);
   result.fiducials_across = deviations(std::move(other.across));
-  result.fiducials_along = from_equal_steps(other.along);
+  result.fiducials_along = from_equal_steps(other.along, steps);
 }
 
 }  // namespace

@@ -25,7 +25,8 @@ struct StageAnalysis {
   std::size_t frames = 0;
   std::size_t found = 0;           ///< frames with the pattern
   std::size_t with_fiducials = 0;  ///< frames with pattern and fiducials
-  double travel = 0.0;             ///< from the first to the last, units or degrees
+  double travel = 0.0;             ///< from the first place found to the last, units or degrees
+  double steps = 0.0;              ///< of the stage between these
   double direction_deg = 0.0;      ///< of a linear stage, from +x toward +y
 
   /// Linear stage: distance from the straight line fitted to the travel, and along it from equal steps. Units.

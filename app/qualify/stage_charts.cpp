@@ -15,7 +15,7 @@ namespace {
 class ChartMaker {
  public:
   ChartMaker(const StageRun& run, StageKind kind) : prefix_(name(kind)) {
-    for (std::size_t i = 0; i < run.frames.size(); ++i) x_.push_back(static_cast<double>(i + 1));
+    for (const StageFrame& frame : run.frames) x_.push_back(frame.step + 1.0);
   }
 
   NamedChart& add(const std::string& file, const std::string& title, const std::string& unit,

@@ -43,61 +43,84 @@ std::vector<RoughSquare> squares_around(const Match& match, const Pattern& patte
 
 }  // namespace
 
-StageRun run_stage(FrameSource& source, const StageRequest& request) {
-  Finder finder({request.pattern}, request.search);
-  StageRun run;
-  run.pattern = request.pattern;
-  run.source = source.info().name;
-  run.unit = request.mapping.unit;
-  run.width = source.info().width;
-  run.height = source.info().height;
-  const Range angles = request.search.angle_deg.value_or(request.pattern->angle_deg);
-  run.angle_searched = angles.searched();
-  std::optional<FiducialTracker> tracker;
-  PoseBoundEstimator bound;
-  double noise_sum = 0.0;
-  while (const auto frame = source.next()) {
-    if (request.most_frames > 0 && run.frames.size() >= request.most_frames) break;
-    if (frame->info().status != FrameStatus::good) {
-      ++run.bad_frames;
-      continue;
-    }
-    request.mapping.check_size(frame->image().width, frame->image().height, frame->info().field);
-    const bool whole = frame->info().field == Field::frame;
-    const Field field = whole ? request.field : frame->info().field;
-    const ImageView image = whole ? field_view(frame->image(), field) : frame->image();
-    const Mapping mapping = request.mapping.mapping.for_field(field);
-    run.field = field;
+StageRunner::StageRunner(const SourceInfo& source, StageRequest request)
+    : request_(std::move(request)), finder_({request_.pattern}, request_.search) {
+  run_.pattern = request_.pattern;
+  run_.source = source.name;
+  run_.unit = request_.mapping.unit;
+  run_.width = source.width;
+  run_.height = source.height;
+  const Range angles = request_.search.angle_deg.value_or(request_.pattern->angle_deg);
+  run_.angle_searched = angles.searched();
+}
 
-    StageFrame& now = run.frames.emplace_back();
-    now.frame = frame->info().sequence;
-    const auto& matches = finder.find(image, mapping).front().matches;
-    now.search_ms = finder.search_ms();
-    if (!matches.empty()) now.match = matches.front();
-    if (run.frames.size() <= request.truth.size()) now.truth = request.truth[run.frames.size() - 1];
-    now.noise = image_noise(image);
-    noise_sum += now.noise;
-
-    if (request.fiducials.wanted && !tracker) {
-      std::vector<RoughSquare> start;
-      if (!request.fiducials.regions.empty()) {
-        start = squares_in(request.fiducials.regions, image, mapping, run.source);
-      } else if (now.match) {
-        start = squares_around(*now.match, *request.pattern, image, mapping);
-      }
-      if (!start.empty()) tracker.emplace(std::move(start));
-    }
-    if (tracker) now.fiducials = tracker->measure(image, mapping);
-    if (run.picture.pixels.empty() || (run.squares.empty() && now.fiducials)) {
-      run.picture = grey_picture(image);
-      run.picture_match = now.match;
-      if (now.fiducials) run.squares = tracker->squares();
-    }
-    if (now.match) bound.add(image, mapping, *request.pattern, now.match->pose, now.noise);
+void StageRunner::add(const Frame& frame) {
+  const FrameInfo& info = frame.info();
+  // A frame that the source lost was a step all the same; both fields of a frame have its number.
+  if (any_) step_ += std::max(1.0, static_cast<double>(info.sequence) - static_cast<double>(last_));
+  any_ = true;
+  last_ = info.sequence;
+  if (info.status != FrameStatus::good) {
+    ++run_.bad_frames;
+    return;
   }
-  if (!run.frames.empty()) run.noise = noise_sum / static_cast<double>(run.frames.size());
-  run.bound = bound.bound(run.angle_searched);
-  return run;
+  request_.mapping.check_size(frame.image().width, frame.image().height, info.field);
+  const bool whole = info.field == Field::frame;
+  const Field field = whole ? request_.field : info.field;
+  const ImageView image = whole ? field_view(frame.image(), field) : frame.image();
+  const Mapping mapping = request_.mapping.mapping.for_field(field);
+  run_.field = field;
+
+  StageFrame& now = run_.frames.emplace_back();
+  now.frame = info.sequence;
+  now.step = step_;
+  const auto& matches = finder_.find(image, mapping).front().matches;
+  now.search_ms = finder_.search_ms();
+  if (!matches.empty()) now.match = matches.front();
+  if (run_.frames.size() <= request_.truth.size()) now.truth = request_.truth[run_.frames.size() - 1];
+  now.noise = image_noise(image);
+  noise_sum_ += now.noise;
+
+  if (request_.fiducials.wanted && !tracker_) {
+    std::vector<RoughSquare> start;
+    if (!request_.fiducials.regions.empty()) {
+      start = squares_in(request_.fiducials.regions, image, mapping, run_.source);
+    } else if (now.match) {
+      start = squares_around(*now.match, *request_.pattern, image, mapping);
+    }
+    if (!start.empty()) tracker_.emplace(std::move(start));
+  }
+  if (tracker_) now.fiducials = tracker_->measure(image, mapping);
+  if (run_.picture.pixels.empty() || (run_.squares.empty() && now.fiducials)) {
+    run_.picture = grey_picture(image);
+    run_.picture_match = now.match;
+    if (now.fiducials) run_.squares = tracker_->squares();
+  }
+  if (now.match) bound_.add(image, mapping, *request_.pattern, now.match->pose, now.noise);
+}
+
+StageRun StageRunner::finish() {
+  if (!run_.frames.empty()) run_.noise = noise_sum_ / static_cast<double>(run_.frames.size());
+  run_.bound = bound_.bound(run_.angle_searched);
+  return std::move(run_);
+}
+
+std::vector<StageRun> run_stage(FrameSource& source, const std::vector<StageRequest>& requests,
+                                std::size_t most_frames) {
+  std::vector<StageRunner> runners;
+  runners.reserve(requests.size());
+  for (const auto& request : requests) runners.emplace_back(source.info(), request);
+  std::size_t good = 0;
+  while (most_frames == 0 || good < most_frames) {
+    const auto frame = source.next();
+    if (!frame) break;
+    if (frame->info().status == FrameStatus::good) ++good;
+    for (auto& runner : runners) runner.add(*frame);
+  }
+  std::vector<StageRun> runs;
+  runs.reserve(runners.size());
+  for (auto& runner : runners) runs.push_back(runner.finish());
+  return runs;
 }
 
 }  // namespace vsfind

@@ -25,6 +25,7 @@ struct FiducialChoice {
 /// What was measured in one good frame.
 struct StageFrame {
   std::uint64_t frame = 0;
+  double step = 0.0;  ///< of the stage, from the first frame's 0; frames that were bad or lost count
   std::optional<Match> match;
   std::optional<FiducialPose> fiducials;
   std::optional<Pose> truth;  ///< where it is known
@@ -55,11 +56,35 @@ struct StageRequest {
   SourceMapping mapping;
   Field field = Field::frame;  ///< which lines of whole frames are looked at
   FiducialChoice fiducials;
-  std::vector<Pose> truth;      ///< of every frame, where it is known
-  std::size_t most_frames = 0;  ///< 0: all
+  std::vector<Pose> truth;  ///< of every frame, where it is known
 };
 
-/// Runs through the source. Throws what the source throws, and UsageError where a region holds no square, naming it.
-[[nodiscard]] StageRun run_stage(FrameSource& source, const StageRequest& request);
+/// Looks for one pattern and the fiducials in frame after frame.
+class StageRunner {
+ public:
+  StageRunner(const SourceInfo& source, StageRequest request);
+
+  /// Throws UsageError where a region holds no square, naming it, or the frame has not the calibration's size.
+  void add(const Frame& frame);
+
+  /// What was measured; to be asked once, at the end.
+  [[nodiscard]] StageRun finish();
+
+ private:
+  StageRequest request_;
+  Finder finder_;
+  StageRun run_;
+  std::optional<FiducialTracker> tracker_;
+  PoseBoundEstimator bound_;
+  double noise_sum_ = 0.0;
+  double step_ = 0.0;
+  std::uint64_t last_ = 0;  ///< number of the frame before
+  bool any_ = false;
+};
+
+/// Runs once through the source, or through so many good frames of it, with a runner for each request. Throws what the
+/// source and the runners throw.
+[[nodiscard]] std::vector<StageRun> run_stage(FrameSource& source, const std::vector<StageRequest>& requests,
+                                              std::size_t most_frames = 0);
 
 }  // namespace vsfind

@@ -18,9 +18,14 @@ const cv::Scalar faint(237, 232, 227);
 const cv::Scalar axis_colour(160, 148, 138);
 constexpr int font = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double text_scale = 0.72;
-constexpr int left = 128;
+constexpr int least_left = 128;
+constexpr int label_gap = 12;     // between an ordinate's number and the axis
+constexpr int upright_room = 48;  // of the ordinate's name
 constexpr int right = 24;
-constexpr int top = 92;
+constexpr int title_y = 38;
+constexpr int legend_y = 68;
+constexpr int legend_row = 26;
+constexpr int below_legend = 24;
 constexpr int bottom = 96;
 constexpr int shift = 4;
 
@@ -99,24 +104,31 @@ void draw_curve(cv::Mat& picture, const Curve& curve, const Axis& x_axis, const 
   }
 }
 
-void draw_legend(cv::Mat& picture, const Chart& chart) {
-  constexpr int swatch = 38;
-  constexpr int gap = 28;
-  double scale = 0.62;
-  const auto width = [&] {
-    int sum = -gap;
-    for (const auto& curve : chart.curves) sum += curve.name.empty() ? 0 : swatch + width_of(curve.name, scale) + gap;
-    return sum;
-  };
-  while (width() > chart_width - left - right && scale > 0.4) scale -= 0.02;
-  int x = left;
+constexpr double legend_scale = 0.6;
+constexpr int legend_swatch = 38;
+constexpr int legend_gap = 28;
+
+/// Where each curve's entry stands: in as many rows as it takes.
+std::vector<cv::Point> legend_places(const Chart& chart, int left) {
+  std::vector<cv::Point> places;
+  cv::Point at(left, legend_y);
   for (const auto& curve : chart.curves) {
+    const int width = curve.name.empty() ? 0 : legend_swatch + width_of(curve.name, legend_scale);
+    if (at.x > left && at.x + width > chart_width - right) at = {left, at.y + legend_row};
+    places.push_back(at);
+    if (width > 0) at.x += width + legend_gap;
+  }
+  return places;
+}
+
+void draw_legend(cv::Mat& picture, const Chart& chart, const std::vector<cv::Point>& places) {
+  for (std::size_t i = 0; i < chart.curves.size(); ++i) {
+    const Curve& curve = chart.curves[i];
     if (curve.name.empty()) continue;
-    const int y = 68;
+    const auto [x, y] = places[i];
     cv::line(picture, {x, y - 6}, {x + 30, y - 6}, curve.colour, curve.joined ? 3 : 1, cv::LINE_AA);
     if (curve.markers) cv::circle(picture, {x + 15, y - 6}, 5, curve.colour, cv::FILLED, cv::LINE_AA);
-    write(picture, curve.name, x + swatch, y, scale, ink);
-    x += swatch + width_of(curve.name, scale) + gap;
+    write(picture, curve.name, x + legend_swatch, y, legend_scale, ink);
   }
 }
 
@@ -126,7 +138,7 @@ void draw_axes(cv::Mat& picture, const Chart& chart, const Axis& x_axis, const A
     const bool zero = std::abs(value) < y_axis.step * 1e-6;
     cv::line(picture, {x_axis.begin, y}, {x_axis.end, y}, zero ? axis_colour : faint, zero ? 2 : 1);
     const std::string label = y_axis.label(value);
-    write(picture, label, x_axis.begin - 12 - width_of(label, text_scale), y + 8, text_scale, ink);
+    write(picture, label, x_axis.begin - label_gap - width_of(label, text_scale), y + 8, text_scale, ink);
   }
   for (const double value : x_axis.ticks()) {
     const int x = static_cast<int>(std::lround(x_axis.pixel(value)));
@@ -138,7 +150,7 @@ void draw_axes(cv::Mat& picture, const Chart& chart, const Axis& x_axis, const A
   write(picture, chart.x_label, (x_axis.begin + x_axis.end - width_of(chart.x_label, text_scale)) / 2,
         chart_height - 22, text_scale, ink);
   // The ordinate's label stands upright: written flat, then turned.
-  cv::Mat flat(40, chart_height - top - bottom + 60, CV_8UC3, cv::Scalar::all(255));
+  cv::Mat flat(40, y_axis.begin - y_axis.end + 60, CV_8UC3, cv::Scalar::all(255));
   write(flat, chart.y_label, std::max(0, (flat.cols - width_of(chart.y_label, text_scale)) / 2), 28, text_scale, ink);
   cv::Mat upright;
   cv::rotate(flat, upright, cv::ROTATE_90_COUNTERCLOCKWISE);
@@ -167,10 +179,9 @@ double tick_step(double range, int most) {
 
 cv::Mat draw_chart(const Chart& chart) {
   cv::Mat picture(chart_height, chart_width, CV_8UC3, cv::Scalar::all(255));
-  write(picture, chart.title, left, 38, 0.86, ink, 2);
   constexpr double most = std::numeric_limits<double>::max();
-  Axis x_axis{most, -most, 1.0, left, chart_width - right};
-  Axis y_axis{most, -most, 1.0, chart_height - bottom, top};
+  Axis x_axis{most, -most, 1.0, least_left, chart_width - right};
+  Axis y_axis{most, -most, 1.0, chart_height - bottom, legend_y + below_legend};
   for (const auto& curve : chart.curves) {
     for (std::size_t i = 0; i < curve.x.size(); ++i) {
       if (!std::isfinite(curve.x[i]) || !std::isfinite(curve.y[i])) continue;
@@ -181,6 +192,7 @@ cv::Mat draw_chart(const Chart& chart) {
     }
   }
   if (x_axis.max < x_axis.min) {
+    write(picture, chart.title, least_left, title_y, 0.86, ink, 2);
     const std::string text = "nothing was measured";
     write(picture, text, (chart_width - width_of(text, text_scale)) / 2, chart_height / 2, text_scale, axis_colour);
     return picture;
@@ -195,6 +207,11 @@ cv::Mat draw_chart(const Chart& chart) {
   x_axis.step = tick_step(x_axis.max - x_axis.min, 10);
   if (chart.whole_steps) x_axis.step = std::max(1.0, x_axis.step);
   y_axis.step = tick_step(y_axis.max - y_axis.min, 8);
+  for (const double value : y_axis.ticks())
+    x_axis.begin = std::max(x_axis.begin, width_of(y_axis.label(value), text_scale) + label_gap + upright_room);
+  const std::vector<cv::Point> places = legend_places(chart, x_axis.begin);
+  if (!places.empty()) y_axis.end = places.back().y + below_legend;
+  write(picture, chart.title, x_axis.begin, title_y, 0.86, ink, 2);
   draw_axes(picture, chart, x_axis, y_axis);
   for (const auto& curve : chart.curves) {
     if (chart.bars) {
@@ -203,7 +220,7 @@ cv::Mat draw_chart(const Chart& chart) {
       draw_curve(picture, curve, x_axis, y_axis);
     }
   }
-  draw_legend(picture, chart);
+  draw_legend(picture, chart, places);
   return picture;
 }
 

@@ -28,6 +28,10 @@ constexpr const char* style =
     ".charts,.gallery{display:flex;flex-wrap:wrap;gap:16px;margin:10px 0}"
     ".charts figure{margin:0;width:524px;max-width:100%}.gallery figure{margin:0;width:344px;max-width:100%}"
     "figure img{width:100%;border:1px solid #e3e8ed}figcaption{font-size:13px;color:#52606d;overflow-wrap:anywhere}"
+    // A click on a picture shows it large, a click elsewhere puts it back.
+    ".gallery img,.charts img{cursor:zoom-in}figure{outline:none}"
+    "figure:focus img{position:fixed;inset:0;margin:auto;width:auto;max-width:96vw;max-height:96vh;z-index:1;"
+    "box-shadow:0 0 0 100vmax #1d2733cc;cursor:zoom-out}"
     "footer{margin-top:34px;font-size:13px;color:#7b8794}";
 
 std::string picture_tag(const cv::Mat& picture, const char* ending, const std::string& caption) {
@@ -36,8 +40,8 @@ std::string picture_tag(const cv::Mat& picture, const char* ending, const std::s
   const std::vector<int> how =
       jpeg ? std::vector<int>{cv::IMWRITE_JPEG_QUALITY, 88} : std::vector<int>{cv::IMWRITE_PNG_COMPRESSION, 9};
   if (!cv::imencode(ending, picture, bytes, how)) throw IoError("a picture of the report cannot be encoded");
-  return "<figure><img alt=\"" + html_text(caption) + "\" src=\"data:image/" + (jpeg ? "jpeg" : "png") + ";base64," +
-         base64(bytes) + "\"><figcaption>" + html_text(caption) + "</figcaption></figure>\n";
+  return "<figure tabindex=\"0\"><img alt=\"" + html_text(caption) + "\" src=\"data:image/" + (jpeg ? "jpeg" : "png") +
+         ";base64," + base64(bytes) + "\"><figcaption>" + html_text(caption) + "</figcaption></figure>\n";
 }
 
 }  // namespace
@@ -147,6 +151,11 @@ void Page::table(const std::vector<std::string>& header, const std::vector<std::
 void Page::chart(const cv::Mat& picture, const std::string& caption) {
   open_row("charts");
   body_ += picture_tag(picture, ".png", caption);
+}
+
+void Page::picture(const cv::Mat& picture, const std::string& caption) {
+  open_row("charts");
+  body_ += picture_tag(picture, ".jpg", caption);
 }
 
 void Page::gallery_picture(const cv::Mat& picture, const std::string& caption) {

@@ -35,6 +35,8 @@ class Page {
              bool text = false);
   /// A chart, as PNG, shown at most at half its pixels' width; two fit side by side.
   void chart(const cv::Mat& picture, const std::string& caption);
+  /// A picture beside charts, as JPEG.
+  void picture(const cv::Mat& picture, const std::string& caption);
   /// A picture of a gallery, as JPEG, with words below.
   void gallery_picture(const cv::Mat& picture, const std::string& caption);
 

@@ -79,4 +79,8 @@ void GigeServer::kill() {
   pid_ = -1;
 }
 
+void GigeServer::signal(int number) const {
+  if (pid_ > 0) ::kill(pid_, number);
+}
+
 }  // namespace vsfind::test

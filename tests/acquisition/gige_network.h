@@ -30,6 +30,8 @@ class GigeServer {
   GigeServer& operator=(const GigeServer&) = delete;
   /// Ends it like a power cut.
   void kill();
+  /// SIGSTOP, say: it is there and does nothing.
+  void signal(int number) const;
 
  private:
   pid_t pid_ = -1;

@@ -85,6 +85,8 @@ TEST_F(LiveConfig, SourcesHaveTheirOwnAndTheCommon) {
 TEST_F(LiveConfig, ComplaintsNameLineAndKey) {
   EXPECT_THAT(complaint("sources:\n  - source: gige:a\n    csv: rows.csv\n"),
               AllOf(HasSubstr("c.yaml:3: key csv is not known"), HasSubstr("model")));
+  EXPECT_THAT(complaint("sources:\n  - source: gige:a\n    report: pages\n"),
+              HasSubstr("c.yaml:3: key report is not known"));
   EXPECT_THAT(complaint("sources:\n  - model: a\n"), HasSubstr("c.yaml:1: key sources: an item has no source"));
   EXPECT_THAT(complaint("sources: gige:a\n"), HasSubstr("is not a list of sources"));
   EXPECT_THAT(complaint("source: gige:a\nsources:\n  - source: gige:a\n"), HasSubstr("together with source"));

@@ -81,13 +81,17 @@ class LiveGige : public testing::Test {
 
 TEST_F(LiveGige, RowsAreThoseOfTheFramesServedAndOfTheRecordingMade) {
   const GigeServer camera(server("127.0.0.1", "40"));
-  const Outcome outcome = vsfind(live({"--source", "gige:127.0.0.1", "--frames", "30", "--record", part_ / "rec.y4m"}));
+  const Outcome outcome = vsfind(live(
+      {"--source", "gige:127.0.0.1", "--frames", "30", "--record", part_ / "rec.y4m", "--report", part_ / "report"}));
   EXPECT_EQ(outcome.code, 0) << outcome.err;
   const auto rows = csv_rows(outcome.out);
   ASSERT_EQ(rows.size(), 30U);
   expect_replayed(rows);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("30 frames: "), HasSubstr("latency median"), HasSubstr("gige:127.0.0.1: "),
                                  HasSubstr("frames complete")));
+  const std::string page = read_file(part_ / "report/report.html");
+  for (const char* words : {"gige:127.0.0.1", "<b>30</b>", "Latency", "Weakest matches", "Failures", "</html>"})
+    EXPECT_NE(page.find(words), std::string::npos) << words;
   const auto again = csv_rows(vsfind({"replay", part_ / "rec.y4m", "--model", part_.model()}).out);
   ASSERT_EQ(again.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -214,6 +218,53 @@ TEST_F(LiveGige, LostPacketsGiveBadFrameRows) {
   const auto again = csv_rows(vsfind({"replay", part_ / "rec.y4m", "--model", part_.model()}).out);
   ASSERT_EQ(again.size(), rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) EXPECT_EQ(bare(again[i]), bare(rows[i]));
+}
+
+// A camera that shows the recording of a stage gives the figures that the recording gives.
+TEST_F(LiveGige, QualifyTakesItsStepsFromACamera) {
+  const auto simulated =
+      vsfind({"qualify", "--simulate", "--accuracy", "10", "--steps", "8", "--images", part_.path()});
+  ASSERT_EQ(simulated.code, 0) << simulated.err;
+  const std::string model = part_ / "bullseye.vsm";
+  ASSERT_EQ(vsfind({"train", part_ / "training.png", "--roi", "224,144,191,191", "--accuracy", "10", "-o", model}).code,
+            0);
+  const GigeServer camera({"127.0.0.1", "S1", "640x480", "10", "--frames", part_ / "linear.y4m"});
+  const auto measured = [&](std::vector<std::string> more, const std::string& folder) {
+    more.insert(more.begin(), {"qualify", "gige:127.0.0.1", "--model", model, "--report", part_ / folder});
+    const Outcome outcome = vsfind(more);
+    EXPECT_EQ(outcome.code, 0) << outcome.err;
+    EXPECT_THAT(outcome.out, HasSubstr("Translation test: 16 images"));
+    return csv_rows(read_file(part_ / (folder + "/measured.csv")));
+  };
+  const Outcome recorded = vsfind({"qualify", part_ / "linear.y4m", "--model", model, "--report", part_ / "recorded"});
+  ASSERT_EQ(recorded.code, 0) << recorded.err;
+  std::set<std::string> places;
+  for (const auto& row : csv_rows(read_file(part_ / "recorded/measured.csv"))) places.insert(row.at("y"));
+  ASSERT_EQ(places.size(), 8U);
+  // Twice round the recording: every frame is one of the recording's, and all of them come.
+  std::set<std::string> seen;
+  const auto rows = measured({"--frames", "16"}, "live");
+  ASSERT_EQ(rows.size(), 16U);
+  for (const auto& row : rows) {
+    EXPECT_TRUE(places.contains(row.at("y"))) << row.at("y");
+    seen.insert(row.at("y"));
+  }
+  EXPECT_EQ(seen.size(), 8U);
+  const auto timed = measured({"--frames", "16", "--take", "0.15"}, "timed");
+  ASSERT_EQ(timed.size(), 16U);
+  for (std::size_t i = 0; i < timed.size(); ++i) {
+    EXPECT_EQ(timed[i].at("frame"), std::to_string(i));
+    EXPECT_TRUE(places.contains(timed[i].at("y"))) << timed[i].at("y");
+  }
+  const auto refused = [&](std::vector<std::string> more, const std::string& what) {
+    more.insert(more.begin(), {"qualify", "--model", model});
+    const Outcome outcome = vsfind(more);
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_THAT(outcome.err, HasSubstr(what));
+  };
+  refused({"gige:127.0.0.1"}, "gige:127.0.0.1: --frames is needed of a camera");
+  refused({part_ / "linear.y4m", "--take", "enter"}, "--take needs a camera");
+  refused({"gige:127.0.0.1", "--frames", "5", "--take", "soon"}, "allowed: every, enter, or seconds");
 }
 
 }  // namespace

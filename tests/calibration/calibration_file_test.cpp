@@ -95,15 +95,15 @@ TEST(CalibrationFile, IsWrittenWholeOrNotAtAll) {
 TEST(CalibrationFile, ComplaintsNameLineKeyAndWhatIsAllowed) {
   const std::string head = "vsfind_calibration: 1\nunit: mm\n";
   EXPECT_EQ(complaint_of(head + "pixel_aspct: 1\n"),
-            "c.yaml:3: pixel_aspct: unknown key (did you mean pixel_aspect?) (allowed: vsfind_calibration, unit, "
-            "made_from, image_size, pixel_aspect, lens, plane, homography, residuals)");
+            "c.yaml:3: pixel_aspct: unknown key (did you mean pixel_aspect?) (allowed: vsfind_calibration, checksum, "
+            "unit, made_from, image_size, pixel_aspect, lens, plane, homography, residuals)");
   EXPECT_EQ(complaint_of(head + "pixel_aspect: 11\n"),
             "c.yaml:3: pixel_aspect: 11 is out of range (allowed: 0.1 to 10)");
   EXPECT_EQ(complaint_of(head + "pixel_aspect: wide\n"), "c.yaml:3: pixel_aspect: must be a number");
   EXPECT_EQ(complaint_of(head + "made_from: left\n"),
             "c.yaml:3: made_from: 'left' is not known (allowed: frame, top, bottom)");
-  EXPECT_EQ(complaint_of("vsfind_calibration: 2\nunit: mm\n"),
-            "c.yaml:1: vsfind_calibration: version 2 is not known here (allowed: 1)");
+  EXPECT_EQ(complaint_of("vsfind_calibration: 3\nunit: mm\n"),
+            "c.yaml:1: vsfind_calibration: version 3 was made by a newer vsfind (allowed: up to 2)");
   EXPECT_THAT(complaint_of("camera_matrix: 1\n"), HasSubstr("--import"));
   EXPECT_THAT(complaint_of(head + "unit: px\n"), HasSubstr("c.yaml:3: unit: given twice"));
   EXPECT_THAT(complaint_of(head + "image_size: [640]\n"),
@@ -123,6 +123,40 @@ TEST(CalibrationFile, ComplaintsNameLineKeyAndWhatIsAllowed) {
   EXPECT_EQ(complaint_of(head + lens), "no UsageError");
   EXPECT_THAT(complaint_of(head + lens + "pixel_aspect: 1.2\n"),
               HasSubstr("c.yaml:6: pixel_aspect: 1.2 contradicts the lens"));
+}
+
+TEST(CalibrationFile, ChecksumTellsAChangedNumberButNotARemark) {
+  const std::string text = calibration_text(lens_calibration());
+  EXPECT_EQ(complaint_of(text), "no UsageError");
+  EXPECT_EQ(complaint_of("# camera 3\n" + text + "\n# end\n"), "no UsageError");
+  std::string windows;
+  for (const char c : text) windows += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  EXPECT_EQ(complaint_of(windows), "no UsageError");
+  // Any digit of any value.
+  std::size_t tried = 0;
+  for (std::size_t at = text.find("unit:"); at < text.size(); ++at) {
+    if (text[at] == '#') at = text.find('\n', at);
+    if (text[at] < '1' || text[at] > '8') continue;
+    std::string changed = text;
+    ++changed[at];
+    EXPECT_NE(complaint_of(changed), "no UsageError") << "at " << at;
+    ++tried;
+  }
+  EXPECT_GT(tried, 50U);
+  std::string edited = text;
+  const auto line = edited.find("checksum:");
+  ASSERT_NE(line, std::string::npos);
+  edited.replace(edited.find("unit: \"mm\""), 10, "unit: \"cm\"");
+  EXPECT_THAT(complaint_of(edited), HasSubstr("c.yaml:2: checksum: does not suit the rest"));
+  edited.erase(line, edited.find('\n', line) + 1 - line);
+  EXPECT_EQ(complaint_of(edited), "no UsageError");
+}
+
+TEST(CalibrationFile, ReadsTheVersionsOfBefore) {
+  for (const char* name : {"lens.yaml", "homography.yaml"}) {
+    const Calibration old = load_calibration(VSFIND_SOURCE_DIR "/tests/fuzz/corpus/calibration/" + std::string(name));
+    expect_same(old, parse_calibration(calibration_text(old), "c.yaml"));
+  }
 }
 
 // Files that want to crash or exhaust the reader are refused in one line.

@@ -1,11 +1,14 @@
 /// A model survives its file; a damaged file is refused in one line.
 #include "finder/model_file.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <zlib.h>
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "acquisition/errors.h"
@@ -126,6 +129,21 @@ TEST_F(ModelFile, EveryBadValueIsNamed) {
   EXPECT_THAT(complaint(), testing::HasSubstr("no vsfind model"));
   write(std::string(100000, '['));
   EXPECT_THAT(complaint(), testing::HasSubstr("no vsfind model"));
+}
+
+// What an earlier vsfind did not know of has a default.
+TEST_F(ModelFile, OfAnEarlierVsfindIsRead) {
+  auto file = nlohmann::ordered_json::parse(text_);
+  ASSERT_EQ(file["pattern"].erase("from_field"), 1U);
+  ASSERT_EQ(file["pattern"]["report"].erase("impostor"), 1U);
+  const std::string body = file["pattern"].dump();
+  const auto* bytes = reinterpret_cast<const Bytef*>(body.data());
+  file["checksum"] = fmt::format("{:08x}", crc32_z(crc32_z(0, nullptr, 0), bytes, body.size()));
+  write(file.dump());
+  const Pattern old = load_model(path_);
+  EXPECT_FALSE(old.from_field);
+  EXPECT_EQ(old.name, pattern_.name);
+  EXPECT_EQ(old.sets.size(), pattern_.sets.size());
 }
 
 TEST_F(ModelFile, FilesThatCannotBeReadOrWrittenAreInputAndOutput) {

@@ -1,14 +1,17 @@
 /// What must hold of any search, by its public headers alone.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "app/render/patterns.h"
 #include "app/render/random.h"
 #include "app/render/sensor.h"
+#include "app/render/truth.h"
 #include "finder/search.h"
 #include "finder/train.h"
 
@@ -135,6 +138,101 @@ TEST(FinderProperty, TheSameInsideALargerPicture) {
   EXPECT_NEAR(embedded.pose.y - step, alone.pose.y, 1e-4);
   EXPECT_NEAR(embedded.pose.angle_deg, alone.pose.angle_deg, 1e-4);
   EXPECT_NEAR(embedded.score, alone.score, 1e-6);
+}
+
+/// One of the eight ways to turn and mirror a picture: mirrored from left to right first, if at all, then turned by
+/// quarters from +x toward +y. Transposition is both: mirrored, and three quarters.
+struct Turned {
+  bool mirrored = false;
+  int quarters = 0;
+  int width = 0;  ///< of the picture before
+  int height = 0;
+
+  /// Where a place of the picture goes.
+  [[nodiscard]] Eigen::Vector2d place(double x, double y) const {
+    if (mirrored) x = width - 1 - x;
+    int w = width;
+    int h = height;
+    for (int i = 0; i < quarters; ++i) {
+      const double from_top = y;
+      y = x;
+      x = h - 1 - from_top;
+      std::swap(w, h);
+    }
+    return {x, y};
+  }
+  [[nodiscard]] render::Picture picture(const ImageView& view) const {
+    const bool lies = quarters % 2 != 0;
+    render::Picture made(lies ? height : width, lies ? width : height, view.bits);
+    for (int v = 0; v < height; ++v) {
+      for (int u = 0; u < width; ++u) {
+        const Eigen::Vector2d to = place(u, v);
+        made.set(static_cast<int>(to.x()), static_cast<int>(to.y()), view.at(u, v));
+      }
+    }
+    return made;
+  }
+};
+
+TEST(FinderProperty, TurnedAndMirroredPicturesGiveTurnedAndMirroredPoses) {
+  const Roi roi{110, 77, 100, 86};
+  const Eigen::Vector2d origin = render::roi_centre(roi);
+  const Pose trained{159.5, 119.5, 0.0, 1.0, 1.0};
+  const Pose pose{166.3, 117.6, 7.0, 1.0, 1.0};
+  const Pose truth = render::expected_pose(trained, pose, origin);
+  const render::Picture teaching = picture_at(trained, 0.0, 1.0, 0.0, 16);
+  const render::Picture scene = picture_at(pose, 0.0, 1.0, 0.0, 16);
+  for (const bool mirrored : {false, true}) {
+    for (const int quarters : {0, 1, 2, 3}) {
+      SCOPED_TRACE(testing::Message() << (mirrored ? "mirrored, " : "") << quarters << " quarters");
+      const Turned way{mirrored, quarters, 320, 240};
+      const Eigen::Vector2d a = way.place(roi.x, roi.y);
+      const Eigen::Vector2d b = way.place(roi.x + roi.width - 1, roi.y + roi.height - 1);
+      TrainOptions options;
+      options.roi = {static_cast<int>(std::min(a.x(), b.x())), static_cast<int>(std::min(a.y(), b.y())),
+                     static_cast<int>(std::abs(a.x() - b.x())) + 1, static_cast<int>(std::abs(a.y() - b.y())) + 1};
+      options.angle_deg = {-20.0, 20.0};
+      const auto turned =
+          std::make_shared<const Pattern>(train(way.picture(teaching.view()).view(), Mapping(), options));
+      Finder finder({turned}, {});
+      const auto& matches = finder.find(way.picture(scene.view()).view(), Mapping()).front().matches;
+      ASSERT_EQ(matches.size(), 1U);
+      const Eigen::Vector2d place = way.place(truth.x, truth.y);
+      EXPECT_NEAR(matches[0].pose.x, place.x(), 0.005);
+      EXPECT_NEAR(matches[0].pose.y, place.y(), 0.005);
+      EXPECT_NEAR(matches[0].pose.angle_deg, mirrored ? -truth.angle_deg : truth.angle_deg, 0.005);
+      EXPECT_GT(matches[0].score, 0.99);
+    }
+  }
+}
+
+// No hole between the steps of the coarse search. (`pose_grid` tries as many poses as one likes.)
+TEST(FinderProperty, EveryPoseIsFound) {
+  TrainOptions options;
+  options.roi = {85, 67, 70, 66};
+  options.angle_deg = {-180.0, 180.0};
+  const auto picture = [](const Pose& pose, std::uint64_t seed) {
+    render::Scene scene;
+    scene.width = 240;
+    scene.height = 200;
+    scene.items.push_back({render::artwork(5, 70.0, 66.0), pose});
+    render::Sensor sensor;
+    sensor.seed = seed;
+    return render::develop(render::expose(scene, 0.7, Field::frame, 4), sensor);
+  };
+  const Pose trained{119.5, 99.5, 0.0, 1.0, 1.0};
+  const auto any_angle = std::make_shared<const Pattern>(train(picture(trained, 1).view(), Mapping(), options));
+  Finder finder({any_angle}, {});
+  render::Random random(11);
+  for (int i = 0; i < 300; ++i) {
+    const Pose pose{random.uniform(100.0, 140.0), random.uniform(80.0, 120.0), random.uniform(-180.0, 180.0), 1.0, 1.0};
+    const Pose truth = render::expected_pose(trained, pose, render::roi_centre(options.roi));
+    const auto& matches = finder.find(picture(pose, random.bits()).view(), Mapping()).front().matches;
+    ASSERT_EQ(matches.size(), 1U) << pose.x << " " << pose.y << " " << pose.angle_deg;
+    EXPECT_NEAR(matches[0].pose.x, truth.x, 0.1) << pose.angle_deg;
+    EXPECT_NEAR(matches[0].pose.y, truth.y, 0.1) << pose.angle_deg;
+    EXPECT_LT(std::abs(render::angle_difference_deg(matches[0].pose.angle_deg, truth.angle_deg)), 0.2);
+  }
 }
 
 TEST(FinderProperty, SigmaGrowsWithTheNoise) {

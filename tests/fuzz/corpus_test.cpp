@@ -22,17 +22,20 @@ TEST_P(Corpus, IsTakenOrRefused) {
   }
   std::sort(files.begin(), files.end());
   ASSERT_FALSE(files.empty());
+  bool any_taken = false;
   for (const auto& path : files) {
     SCOPED_TRACE(path);
     std::ifstream in(path, std::ios::binary);
     std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-    EXPECT_NO_THROW(GetParam().feed(bytes));
+    EXPECT_NO_THROW(any_taken = GetParam().feed(bytes) || any_taken);
     // A file cut off anywhere is the commonest damage.
     for (const std::size_t part : {3U, 2U}) {
       const std::size_t size = bytes.size() - bytes.size() / part;
       EXPECT_NO_THROW(GetParam().feed(Bytes(bytes).first(size))) << "cut to " << size << " bytes";
     }
   }
+  // A format that has moved on would leave the fuzzers in front of a closed door.
+  EXPECT_TRUE(any_taken);
 }
 
 INSTANTIATE_TEST_SUITE_P(Fuzz, Corpus, testing::ValuesIn(entry_points()),

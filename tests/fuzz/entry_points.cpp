@@ -13,6 +13,7 @@
 #include "acquisition/recording.h"
 #include "app/config.h"
 #include "app/evaluate/truth_file.h"
+#include "app/live_options.h"
 #include "app/replay_options.h"
 #include "calibration/calibration_file.h"
 #include "calibration/import.h"
@@ -24,14 +25,17 @@ namespace {
 
 std::string text_of(Bytes bytes) { return {bytes.begin(), bytes.end()}; }
 
-/// Whoever reads a file is not to be told from whoever refuses it.
+/// Whether it was taken.
 template <typename Parse>
-void refusing(Parse parse) {
+bool refusing(Parse parse) {
   try {
     parse();
   } catch (const UsageError&) {
+    return false;
   } catch (const IoError&) {
+    return false;
   }
+  return true;
 }
 
 /// A mapping that came from outside must answer for any point: with a place, or with what is no number.
@@ -56,9 +60,9 @@ MemoryFile::MemoryFile(Bytes bytes) : fd_(memfd_create("fuzz", 0)) {
 MemoryFile::~MemoryFile() { close(fd_); }
 std::string MemoryFile::path() const { return "/proc/self/fd/" + std::to_string(fd_); }
 
-void feed_y4m(Bytes bytes) {
+bool feed_y4m(Bytes bytes) {
   const MemoryFile file(bytes);
-  refusing([&] {
+  return refusing([&] {
     const auto source = open_y4m(file.path());
     unsigned sum = 0;
     for (int i = 0; i < 16; ++i) {
@@ -75,9 +79,9 @@ void feed_y4m(Bytes bytes) {
   });
 }
 
-void feed_image(Bytes bytes) {
+bool feed_image(Bytes bytes) {
   const MemoryFile file(bytes);
-  refusing([&] {
+  return refusing([&] {
     const Image image = load_image(file.path());
     const ImageView& view = image.view();
     if (view.empty()) throw std::logic_error("an image without pixels was taken");
@@ -86,8 +90,8 @@ void feed_image(Bytes bytes) {
   });
 }
 
-void feed_calibration(Bytes bytes) {
-  refusing([&] {
+bool feed_calibration(Bytes bytes) {
+  return refusing([&] {
     const Calibration calibration = parse_calibration(text_of(bytes), "fuzz.yaml");
     use_mapping(mapping_of(calibration));
     // What was read is written and read again.
@@ -95,8 +99,8 @@ void feed_calibration(Bytes bytes) {
   });
 }
 
-void feed_import(Bytes bytes) {
-  refusing([&] {
+bool feed_import(Bytes bytes) {
+  return refusing([&] {
     const Calibration calibration = parse_foreign_calibration(text_of(bytes), "fuzz.yaml");
     use_mapping(mapping_of(calibration));
     try {
@@ -107,8 +111,8 @@ void feed_import(Bytes bytes) {
   });
 }
 
-void feed_points(Bytes bytes) {
-  refusing([&] {
+bool feed_points(Bytes bytes) {
+  return refusing([&] {
     const auto pairs = parse_point_pairs(text_of(bytes), "fuzz.csv");
     SolveOptions options;
     options.image_width = 640;
@@ -118,17 +122,23 @@ void feed_points(Bytes bytes) {
   });
 }
 
-void feed_config(Bytes bytes) {
+bool feed_config(Bytes bytes) {
   const MemoryFile file(bytes);
-  refusing([&] {
+  const bool replayed = refusing([&] {
     ReplayRequest request;
     apply_config(load_config(file.path()), replay_settings(request));
     complete_run_options(request.options);
   });
+  const bool live = refusing([&] {
+    LiveRequest request;
+    request.config = file.path();
+    apply_live_config(request, live_settings(request));
+  });
+  return replayed || live;
 }
 
-void feed_truth(Bytes bytes) {
-  refusing([&] { static_cast<void>(parse_truth(text_of(bytes), "fuzz.csv")); });
+bool feed_truth(Bytes bytes) {
+  return refusing([&] { static_cast<void>(parse_truth(text_of(bytes), "fuzz.csv")); });
 }
 
 const std::vector<EntryPoint>& entry_points() {

@@ -54,21 +54,25 @@ void load_and_search(Bytes bytes) {
 
 }  // namespace
 
-void feed_model(Bytes bytes) {
+bool feed_model(Bytes bytes) {
   const auto refusing = [](Bytes given) {
     try {
       load_and_search(given);
     } catch (const UsageError&) {
+      return false;
     } catch (const IoError&) {
+      return false;
     }
+    return true;
   };
-  refusing(bytes);
+  bool taken = refusing(bytes);
   std::string right;
   try {
     right = with_right_checksum(bytes);
   } catch (const nlohmann::json::exception&) {  // text that is no UTF-8 cannot be written again
   }
-  if (!right.empty()) refusing({reinterpret_cast<const std::uint8_t*>(right.data()), right.size()});
+  if (!right.empty()) taken = refusing({reinterpret_cast<const std::uint8_t*>(right.data()), right.size()}) || taken;
+  return taken;
 }
 
 }  // namespace vsfind::fuzz

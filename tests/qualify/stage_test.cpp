@@ -12,6 +12,7 @@
 #include "app/render/patterns.h"
 #include "app/render/random.h"
 #include "app/render/sensor.h"
+#include "finder/train.h"
 
 namespace vsfind {
 namespace {
@@ -40,17 +41,18 @@ TEST(ImageNoise, OfPicturesWithoutAny) {
 }
 
 /// The pattern as far as the bound looks at it.
-Pattern outline_191() {
+Pattern outline(double side) {
   Pattern pattern;
-  pattern.width = pattern.height = 191.0;
-  pattern.left = pattern.top = -95.5;
+  pattern.width = pattern.height = side;
+  pattern.left = pattern.top = -side / 2.0;
   return pattern;
 }
 
-TEST(PoseBound, IsThatOfTheEdgesInClosedForm) {
+/// Of the bull's-eye's edges, whose outermost ones count by `outermost`, in closed form.
+void expect_bound_of_edges(double side, double outermost) {
   PoseBoundEstimator estimator;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
-    estimator.add(bullseye_picture(2.0, seed).view(), {}, outline_191(), {319.7, 239.2, 1.0, 1.0, 1.0}, 2.02);
+    estimator.add(bullseye_picture(2.0, seed).view(), {}, outline(side), {319.7, 239.2, 1.0, 1.0, 1.0}, 2.02);
   }
   // A Gaussian edge of 160 levels holds 160² / (2·√π·s) / noise² of information per pixel of its length; s is optics
   // and pixel together. Ten vertical edges tell x, all twenty the angle.
@@ -59,8 +61,9 @@ TEST(PoseBound, IsThatOfTheEdgesInClosedForm) {
   double length = 0.0;
   double moment = 0.0;
   for (const double half : {95.5, 75.5, 55.5, 35.5, 15.5}) {
-    length += 4.0 * half;
-    moment += 8.0 / 3.0 * half * half * half;
+    const double part = half == 95.5 ? outermost : 1.0;
+    length += part * 4.0 * half;
+    moment += part * 8.0 / 3.0 * half * half * half;
   }
   const PoseBound with = estimator.bound(true);
   EXPECT_NEAR(with.x, 1.0 / std::sqrt(length * per_pixel), 0.06 * with.x);
@@ -71,11 +74,19 @@ TEST(PoseBound, IsThatOfTheEdgesInClosedForm) {
   EXPECT_EQ(without.angle_deg, 0.0);
 }
 
+TEST(PoseBound, IsThatOfTheEdgesInClosedForm) { expect_bound_of_edges(197.0, 1.0); }
+
+// What lies outside was not taught: of an edge on the border one flank counts.
+TEST(PoseBound, EndsAtThePatternsBorder) {
+  expect_bound_of_edges(191.0, 0.5);
+  expect_bound_of_edges(181.0, 0.0);
+}
+
 TEST(PoseBound, GrowsWithTheNoise) {
   double last = 0.0;
   for (const double noise : {1.0, 2.0, 4.0, 8.0}) {
     PoseBoundEstimator estimator;
-    estimator.add(bullseye_picture(noise).view(), {}, outline_191(), {319.7, 239.2, 1.0, 1.0, 1.0}, noise);
+    estimator.add(bullseye_picture(noise).view(), {}, outline(191.0), {319.7, 239.2, 1.0, 1.0, 1.0}, noise);
     const double x = estimator.bound(true).x;
     EXPECT_GT(x, 1.8 * last);
     last = x;
@@ -85,7 +96,7 @@ TEST(PoseBound, GrowsWithTheNoise) {
 TEST(PoseBound, OfNothing) {
   PoseBoundEstimator estimator;
   EXPECT_EQ(estimator.bound(true).x, 0.0);
-  estimator.add(render::Picture(640, 480, 8).view(), {}, outline_191(), {319.7, 239.2, 1.0, 1.0, 1.0}, 1.0);
+  estimator.add(render::Picture(640, 480, 8).view(), {}, outline(191.0), {319.7, 239.2, 1.0, 1.0, 1.0}, 1.0);
   EXPECT_EQ(estimator.bound(true).x, 0.0);
 }
 
@@ -99,6 +110,7 @@ StageRun run_of(StageKind kind, int steps, double noise, bool fiducials) {
   render::Random random(5);
   for (int i = 0; i < steps; ++i) {
     StageFrame& frame = run.frames.emplace_back();
+    frame.step = i;
     const double angle = kind == StageKind::rotary ? 0.5 * i : 0.0;
     const Pose body{100.0 + (kind == StageKind::linear ? 0.3 * i : 0.0),
                     80.0 + (kind == StageKind::linear ? 0.4 * i : 0.0), angle, 1.0, 1.0};
@@ -153,6 +165,46 @@ TEST(StageAnalysis, FramesWithoutPatternOrFiducialsAreLeftOut) {
   EXPECT_TRUE(std::isnan(analysis.relative_x.values[6]));
   for (std::size_t i = 2; i < 10; ++i) run.frames[i].match.reset();
   EXPECT_THROW(static_cast<void>(analyse_stage(run, StageKind::linear)), UsageError);
+}
+
+/// A simulated stage's pictures without some of them: as the camera counts, those were lost or damaged.
+class Lossy final : public FrameSource {
+ public:
+  explicit Lossy(const SimulatedStage& stage) : stage_(open_stage(stage)) {}
+  [[nodiscard]] const SourceInfo& info() const override { return stage_->info(); }
+  std::optional<Frame> next() override {
+    auto frame = stage_->next();
+    if (frame && frame->info().sequence == 2) frame = stage_->next();  // lost
+    if (!frame || frame->info().sequence != 4) return frame;
+    FrameInfo damaged = frame->info();
+    damaged.status = FrameStatus::incomplete;
+    return Frame(nullptr, 0, {}, damaged);
+  }
+  void stop() noexcept override {}
+
+ private:
+  std::unique_ptr<FrameSource> stage_;
+};
+
+TEST(StageRun, StepsThatTheCameraLostAreCounted) {
+  SimulationOptions options;
+  options.steps = 8;
+  const Simulation simulation = simulate_stages(options);
+  TrainOptions training;
+  training.roi = simulation.roi;
+  StageRequest wanted;
+  wanted.pattern = std::make_shared<const Pattern>(train(simulation.training.view(), Mapping(), training));
+  Lossy source(simulation.linear);
+  const auto runs = run_stage(source, {wanted}, 5);
+  ASSERT_EQ(runs.size(), 1U);
+  std::vector<double> steps;
+  for (const auto& frame : runs[0].frames) steps.push_back(frame.step);
+  EXPECT_EQ(steps, (std::vector<double>{0.0, 1.0, 3.0, 5.0, 6.0}));
+  EXPECT_EQ(runs[0].bad_frames, 1U);
+  const StageAnalysis analysis = analyse_stage(runs[0], StageKind::linear);
+  EXPECT_EQ(analysis.steps, 6.0);
+  EXPECT_NEAR(analysis.travel, 6.0 * simulation_step_px, 0.01);
+  EXPECT_LT(analysis.pattern_along.spread.max, 0.02);
 }
 
 TEST(QualifyOptions, ListOfAccuracies) {
