@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "finder/coarse_grid.h"
+#include "finder/search_views.h"
 #include "finder/training_scene.h"
 
 namespace vsfind {
@@ -28,10 +29,6 @@ struct SearchPoints {
 /// Greedy choice at one level (after Krattenthaler, Mayer & Zeiller 1994, with the level's own impostors). `against`:
 /// further scenes, as smoothed levels of the same resolution, with their mappings. No points where the level has too
 /// few.
-struct AgainstLevel {
-  Level level;
-  Mapping mapping;
-};
 [[nodiscard]] SearchPoints choose_search_points(TrainingScene& scene, int level, const TrainOptions& options,
                                                 const std::vector<AgainstLevel>& against, double widening = 1.0);
 
