@@ -123,11 +123,20 @@ std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& can
   std::vector<std::size_t> order(n);
   constexpr std::size_t batches = 12;
   const std::size_t batch = std::max<std::size_t>(1, (count + batches - 1) / batches);
+  // What is fitted beside the pose is not asked for: a point is worth what it adds to the determinant of the pose's own
+  // information, the nuisances eliminated (D_s-optimal design), which is the leverage less that of the nuisances alone.
+  const Eigen::Index nuisances = freedom.blur ? 3 : 0;
   while (chosen.size() < count) {
     const Eigen::MatrixXd half = information.llt().matrixL().solve(j);
+    Eigen::VectorXd leverage = half.colwise().squaredNorm();
+    if (nuisances > 0) {
+      const Eigen::MatrixXd of_nuisances = information.bottomRightCorner(nuisances, nuisances);
+      const Eigen::MatrixXd their_half = of_nuisances.llt().matrixL().solve(j.bottomRows(nuisances));
+      leverage -= their_half.colwise().squaredNorm();
+    }
     for (std::size_t i = 0; i < n; ++i) {
       // The scatter spreads the choice among points of like worth, instead of taking them in reading order.
-      worth[i] = used[i] != 0 ? -1.0 : half.col(static_cast<Eigen::Index>(i)).squaredNorm() * (0.8 + 0.2 * scatter(i));
+      worth[i] = used[i] != 0 ? -1.0 : std::max(0.0, leverage(static_cast<Eigen::Index>(i))) * (0.8 + 0.2 * scatter(i));
     }
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(),

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <map>
 #include <opencv2/imgcodecs.hpp>
 
 #include "app/report/chart.h"
@@ -163,6 +164,45 @@ TEST(Qualify, SimulatedExperimentItsReportAndItsRecordings) {
   experiment.rotary_stage_with_regions_and_two_models();
   experiment.without_fiducials_the_travel_alone_is_judged();
   experiment.refuses_in_one_line();
+}
+
+/// The closing tables of a simulation: test, accuracy and column, as "Rotation 30 bound px".
+std::map<std::string, double> closing_tables(const std::string& text) {
+  std::map<std::string, double> values;
+  std::string test;
+  std::vector<std::string> header;
+  for (const std::string& line : test::lines_of(text)) {
+    if (!line.empty() && line[0] != ' ') test = line.substr(0, line.find(' '));
+    std::vector<std::string> cells;  // at least two blanks lie between two of them
+    for (std::size_t at = line.find_first_not_of(' '); at != std::string::npos;) {
+      const std::size_t end = line.find("  ", at);
+      cells.push_back(line.substr(at, end == std::string::npos ? end : end - at));
+      at = end == std::string::npos ? end : line.find_first_not_of(' ', end);
+    }
+    if (cells.size() > 5 && cells[0] == "accuracy") header = cells;
+    if (header.empty() || cells.size() != header.size() || cells[0] == "accuracy") continue;
+    for (std::size_t i = 3; i < cells.size(); ++i) {
+      std::string key = test;
+      key += ' ' + cells[0] + ' ' + header[i];
+      values[key] = std::stod(cells[i]);
+    }
+  }
+  return values;
+}
+
+TEST(Qualify, FromAccuracyThirtyOnTheErrorIsLessThanTwiceWhatTheNoiseAllows) {
+  const auto outcome = test::vsfind({"qualify", "--simulate", "--accuracy", "30,60,100"});
+  ASSERT_EQ(outcome.code, 0) << outcome.err;
+  auto values = closing_tables(outcome.out);
+  for (const std::string row :
+       {"Translation 30 ", "Translation 60 ", "Translation 100 ", "Rotation 30 ", "Rotation 60 ", "Rotation 100 "}) {
+    for (const std::string unit : {"px", "deg"}) {
+      if (row[0] == 'T' && unit == "deg") continue;
+      ASSERT_TRUE(values.contains(row + "true S.D. " + unit)) << row << outcome.out;
+      EXPECT_LT(values[row + "true S.D. " + unit], 2.0 * values[row + "bound " + unit]) << row << unit;
+      EXPECT_GT(values[row + "true S.D. " + unit], 0.7 * values[row + "bound " + unit]) << row << unit;
+    }
+  }
 }
 
 }  // namespace
