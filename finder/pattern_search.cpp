@@ -305,6 +305,23 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
       match.pose = pose;
     }
   }
+  // Where much is hidden the level above may have left it further off than the slopes reach, on which the best points
+  // lie: points all over the pattern lead back.
+  constexpr double well_seen = 0.85;
+  if (!fit.ok || fit.visible < well_seen) {
+    FitOptions wide = options;
+    wide.try_shading = false;
+    wide.covariance = false;
+    wide.trusted = 0;
+    Pose pose = candidate.pose;
+    if (fit_.fit(prepared.verify, projection, reader, wide, pose).ok) {
+      const FitResult again = fit_.fit(prepared.refine, projection, reader, options, pose);
+      if (again.ok && (!fit.ok || again.visible > fit.visible + as_visible)) {
+        fit = again;
+        match.pose = pose;
+      }
+    }
+  }
   bool independent = false;
   // With scales to be found as well the few best points leave too much to the noise, and so they do where pixels are
   // not square, which the pattern's are: all pixels beside them are used.

@@ -90,6 +90,8 @@ PreparedPattern::PreparedPattern(std::shared_ptr<const Pattern> source, const Se
   }
   if (!p.image.grey.empty()) add_bends(p.image, fine);
   refine = PointArrays(fine);
+  // On their slopes these points vary less than the pattern does, which is what disagreement is measured by.
+  if (verify.count > 0) refine.contrast = std::max(refine.contrast, verify.contrast);
   spline = PatternSpline(p.image);
   Freedom unshaded = fine_freedom();
   unshaded.shading = false;
