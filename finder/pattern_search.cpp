@@ -352,7 +352,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   // itself is another piece of its kind, so that much disagrees a little, all of it together has the say: that is the
   // pose of the highest correlation.
   constexpr double alike = 0.95;
-  constexpr double agreeing = 0.8;
+  constexpr double agreeing = 0.9;
   constexpr double far_off = 0.1;
   const bool another = (match.score >= alike && fit.visible < agreeing * view.visible) ||
                        (!p.edges && fit.residual > far_off * std::abs(fit.gain) * prepared.refine.contrast);
