@@ -1,6 +1,7 @@
 #pragma once
 /// @file
-/// The sub-pixel pose from the picture's own pixels: in a single field, and where scales are searched.
+/// The sub-pixel pose from the picture's own pixels: in a single field, where scales are searched, and where pixels are
+/// not square.
 ///
 /// A field's lines lie twice as far apart as the frame's, and each is as sharp as a frame's line: between them the
 /// picture cannot be interpolated. The pattern can, where it was trained on a whole frame. So the roles are exchanged:

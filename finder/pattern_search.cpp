@@ -375,7 +375,7 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   // The less of a pattern is seen, the easier something else looks like it: what is inside the picture must agree
   // better, and what resembles it only as a whole, a dark patch for a dark part, must be seen to a good part.
   constexpr double least_inside = 0.9;
-  constexpr double least_seen = 0.6;
+  constexpr double least_seen = 0.65;
   if (match.score * view.inside < least_inside * min_score) return false;
   if (match.score * view.visible < least_seen * min_score) return false;
   match.frame_position = scene.mapping->frame_from_image(scene.mapping->image_from_plane({match.pose.x, match.pose.y}));
