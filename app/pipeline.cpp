@@ -1,5 +1,7 @@
 #include "app/pipeline.h"
 
+#include <spdlog/spdlog.h>
+
 #include <chrono>
 #include <condition_variable>
 #include <memory>
@@ -64,6 +66,7 @@ std::exception_ptr run_pipeline(std::vector<Lane> lanes, ResultOutput& output, S
   {
     std::optional<Alarm> alarm;
     if (options.max_seconds) alarm.emplace(*options.max_seconds, stop_all);
+    spdlog::default_logger_raw();  // made before there are threads, not by the first that has something to say
     std::vector<std::jthread> threads;
     for (const auto& owner : runs) {
       LaneRun* const run = owner.get();
