@@ -16,11 +16,11 @@ namespace vsfind {
 [[nodiscard]] Eigen::VectorXd pose_derivatives(const PatternPoint& point, const Freedom& freedom);
 
 /// Chooses up to `count` of the candidates, in order of choice, none nearer than `spacing` pattern pixels to another.
-/// Each choice is the one that adds most to the determinant of the information matrix Σ j·jᵀ (D-optimal design, by
-/// leverage jᵀ·M⁻¹·j). Among points of like worth the choice is spread evenly; where position alone is free, to which
-/// it makes no difference where a point lies, no cell of an 8 × 8 grid gives much more than its share of the leverage.
-/// With `spread` no cell of an 8 × 8 grid
-/// over the candidates gives more than its even share while others have points left.
+/// Each choice is the one that adds most to the determinant of the pose's information, that of Σ j·jᵀ with gain, offset
+/// and blur eliminated (D_s-optimal design, by leverage jᵀ·M⁻¹·j less that of the eliminated ones alone). Among points
+/// of like worth the choice is spread evenly; where position alone is free, to which it makes no difference where a
+/// point lies, no cell of an 8 × 8 grid gives much more than its share of the leverage. With `spread` no cell of an 8 ×
+/// 8 grid over the candidates gives more than its even share while others have points left.
 [[nodiscard]] std::vector<std::size_t> choose_informative(const std::vector<PatternPoint>& candidates,
                                                           const Freedom& freedom, std::size_t count, double spacing,
                                                           bool spread);

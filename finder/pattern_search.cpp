@@ -164,7 +164,6 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
       }
       Pose before = candidate.pose;
       fit.start = candidate.line;
-      candidate.line = {};
       double inside = 0.0;
       const auto explained = [&](const FitResult& result) {
         inside = result.inside;
@@ -172,34 +171,36 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         return p.edges ? std::max(result.explained, likeness(points, p.polarity)) : result.explained;
       };
       constexpr double furthest = 4.0;  // level pixels: a fit that runs further has found something else
-      const auto fitted = [&](Pose& pose) {
-        const FitResult result = fit_.fit(points, projection, reader, fit, pose);
-        const double moved = std::hypot(pose.x - before.x, pose.y - before.y) / pixel;
-        if (!result.ok || moved > furthest || !in_range(prepared, pose)) return -1.0;
-        const double score = explained(result);
-        candidate.line = score >= sure_part ? GreyLine{result.gain, result.offset} : GreyLine{};
-        return score;
+      // Of a candidate at `from`: its pose, score and line.
+      const auto fitted = [&](const Pose& from) {
+        Candidate at = candidate;
+        at.pose = from;
+        at.score = -1.0;
+        at.line = {};
+        const FitResult result = fit_.fit(points, projection, reader, fit, at.pose);
+        const double moved = std::hypot(at.pose.x - before.x, at.pose.y - before.y) / pixel;
+        if (!result.ok || moved > furthest || !in_range(prepared, at.pose)) return at;
+        at.score = explained(result);
+        if (at.score >= sure_part) at.line = {result.gain, result.offset};
+        return at;
+      };
+      const auto take_better = [&](const Candidate& other) {
+        if (other.score > candidate.score) candidate = other;
       };
       // Shading costs time: it is fitted where without it too little agrees.
       fit.freedom.shading = false;
-      candidate.score = fitted(candidate.pose);
+      candidate = fitted(before);
       fit.freedom.shading = true;
       // Where one is wanted, what agrees by less than half as much as a clearly good one is not tried any further.
       const bool hopeless = wanted == 1 && best_score >= sure_part && candidate.score < 0.5 * best_score;
-      if (candidate.score < sure_part && !hopeless) {
-        Candidate shaded = candidate;
-        shaded.pose = before;
-        shaded.score = fitted(shaded.pose);
-        if (shaded.score > candidate.score) candidate = shaded;
-      }
+      if (candidate.score < sure_part && !hopeless) take_better(fitted(before));
       if (candidate.score < sure_part && index == p.top_level && !hopeless) {
         // The least squares need to start on the right slope.
         Candidate climbed = candidate;
         climbed.pose = before;
         climb(prepared, scene, climbed);
         before = climbed.pose;
-        climbed.score = fitted(climbed.pose);
-        if (climbed.score > candidate.score) candidate = climbed;
+        take_better(fitted(before));
       }
       constexpr double doubtful = 0.7;
       constexpr double nothing = 0.15;
@@ -209,13 +210,7 @@ void PatternSearch::follow_down(const PreparedPattern& prepared, const SearchSce
         FitOptions all = fit;
         all.robust = false;
         all.iterations = 4;
-        if (fit_.fit(points, projection, reader, all, other).ok) {
-          const double score = fitted(other);
-          if (score > candidate.score) {
-            candidate.pose = other;
-            candidate.score = score;
-          }
-        }
+        if (fit_.fit(points, projection, reader, all, other).ok) take_better(fitted(other));
       }
       best_score = std::max(best_score, candidate.score);
       if (candidate.score < 0.0) {

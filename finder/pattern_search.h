@@ -37,7 +37,7 @@ class PatternSearch {
   struct Found {
     double explained = 0.0;
     Match match;
-    float coarse = 0.0F;
+    float coarse = 0.0F;  ///< as of the candidate
     bool convincing = false;
   };
 

@@ -36,7 +36,7 @@ struct PointArrays {
   std::vector<float> value_ramp_x;
   std::vector<float> value_ramp_y;
   double mean = 0.0;      ///< of the values
-  double contrast = 0.0;  ///< their standard deviation
+  double contrast = 0.0;  ///< their standard deviation, or more where they stand for a pattern that varies more
   double radius = 1.0;    ///< of the farthest point from the origin
 
   PointArrays() = default;

@@ -88,22 +88,23 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-std::vector<std::map<std::string, std::string>> csv_rows(const std::string& text) {
-  const auto cells_of = [](const std::string& line) {
-    std::vector<std::string> cells(1);
-    for (const char c : line) {
-      if (c == ',') {
-        cells.emplace_back();
-      } else {
-        cells.back() += c;
-      }
+std::vector<std::string> csv_cells(const std::string& line) {
+  std::vector<std::string> cells(1);
+  for (const char c : line) {
+    if (c == ',') {
+      cells.emplace_back();
+    } else {
+      cells.back() += c;
     }
-    return cells;
-  };
+  }
+  return cells;
+}
+
+std::vector<std::map<std::string, std::string>> csv_rows(const std::string& text) {
   std::vector<std::map<std::string, std::string>> rows;
   std::vector<std::string> header;
   for (const auto& line : lines_of(text)) {
-    const auto cells = cells_of(line);
+    const auto cells = csv_cells(line);
     if (header.empty()) {
       header = cells;
       continue;

@@ -55,6 +55,8 @@ class Process {
 [[nodiscard]] std::string read_file(const std::string& path);
 void write_file(const std::string& path, const std::string& bytes);
 [[nodiscard]] std::vector<std::string> lines_of(const std::string& text);
+/// Of one line of a CSV without quoted cells.
+[[nodiscard]] std::vector<std::string> csv_cells(const std::string& line);
 /// Rows of a CSV (without quoted cells), each by column name.
 [[nodiscard]] std::vector<std::map<std::string, std::string>> csv_rows(const std::string& text);
 

@@ -12,6 +12,7 @@
 
 #include "acquisition/errors.h"
 #include "acquisition/recording.h"
+#include "tests/app/shell.h"
 
 namespace vsfind::test {
 namespace {
@@ -48,20 +49,8 @@ std::optional<SoakRow> row_of_json(const std::string& line) {
   return row;
 }
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells(1);
-  for (const char c : line) {
-    if (c == ',') {
-      cells.emplace_back();
-    } else {
-      cells.back() += c;
-    }
-  }
-  return cells;
-}
-
 std::optional<SoakRow> row_of_csv(const std::string& line, const std::vector<std::string>& header) {
-  const auto cells = cells_of(line);
+  const auto cells = csv_cells(line);
   if (cells.size() != header.size() || cells.back().empty()) return std::nullopt;
   const auto cell = [&](const std::string& column) {
     return cells[static_cast<std::size_t>(std::find(header.begin(), header.end(), column) - header.begin())];
@@ -162,7 +151,7 @@ void Ledger::compare_csv(const std::string& text) {
   std::stringstream lines(text);
   std::string line;
   std::getline(lines, line);
-  const auto header = cells_of(line);
+  const auto header = csv_cells(line);
   std::uint64_t count = 0;
   while (std::getline(lines, line)) {
     const auto row = row_of_csv(line, header);
