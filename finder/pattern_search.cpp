@@ -20,6 +20,8 @@ constexpr double sure_part = 0.8;
 constexpr double convincing_part = 0.9;
 /// The same, from which on candidates that a match leads clearly are not looked at any more.
 constexpr double likely_part = 0.55;
+/// Part of the least score that a candidate must reach before the last fit.
+constexpr double near_enough = 0.7;
 
 double oriented(double score, Polarity polarity) {
   return polarity == Polarity::same ? score : polarity == Polarity::reversed ? -score : std::abs(score);
@@ -272,6 +274,10 @@ bool PatternSearch::finish(const PreparedPattern& prepared, const SearchScene& s
   if (!image.allFinite()) return false;
   const double scale = std::sqrt(candidate.pose.scale_x * candidate.pose.scale_y);
   const GaussianReader reader = gaussian_reader(scene.image, *scene.mapping, image, p.pitch, scale);
+  // Where the levels above left it, what is right correlates nearly as it will in the end: no fit makes up for more.
+  double inside = 0.0;
+  const double here = oriented(fit_.correlation(prepared.verify, projection, reader, candidate.pose, inside), p.polarity);
+  if (here < near_enough * min_score) return false;
   FitOptions options;
   options.freedom = prepared.fine_freedom();
   options.freedom.shading = false;
