@@ -27,7 +27,7 @@ std::vector<Setting> run_settings(RunOptions& options, const std::string& field_
       "Coarse acceptance: candidates of the exhaustive search that correlate less are not followed; higher is faster, "
       "lower misses less where much is hidden (default: half of --min-score)",
       [o](Values v) { o->search.coarse_score = parse_number(v[0], 0.0, 1.0); });
-  add("max-instances", "N", "At most so many of each pattern in a picture; 0: all (default 1)",
+  add("max-instances", "N", "At most so many of each pattern in a picture; 0: all, 200 at the most (default 1)",
       [o](Values v) { o->search.max_instances = parse_whole(v[0], 0, std::numeric_limits<int>::max()); });
   add("max-overlap", "0..1", "Part of the smaller outline that two instances may share (default 0.5)",
       [o](Values v) { o->search.max_overlap = parse_number(v[0], 0.0, 1.0); });

@@ -43,12 +43,6 @@ std::vector<std::int8_t> first_weights(const std::vector<PatternPoint>& points) 
 /// Of a pattern that lies in the picture with all its points.
 constexpr std::int16_t whole_factor = 16384;
 
-float oriented(float correlation, Polarity polarity) {
-  return polarity == Polarity::same       ? correlation
-         : polarity == Polarity::reversed ? -correlation
-                                          : std::abs(correlation);
-}
-
 }  // namespace
 
 CoarsePoints::CoarsePoints(const std::vector<PatternPoint>& points) {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "finder/fit_kernels.h"
+#include "finder/point_block.h"
 #include "finder/training_scene.h"
 
 namespace vsfind {

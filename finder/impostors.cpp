@@ -73,8 +73,8 @@ class Measuring {
     for (int r = 0; r < rows; ++r) {
       for (int c = 0; c < columns; ++c) {
         double inside = 0.0;
-        const double score =
-            oriented(fit_.correlation(prepared_.climb, projection(level), reader, pose_at(c, r), inside));
+        const double score = oriented(
+            fit_.correlation(prepared_.climb, projection(level), reader, pose_at(c, r), inside), pattern_.polarity);
         scores.push_back(inside >= least_inside ? score : 0.0);
       }
     }
@@ -118,7 +118,8 @@ class Measuring {
     for (int i = -steps; i <= steps; ++i) {
       double inside = 0.0;
       scores.push_back(
-          oriented(fit_.correlation(prepared_.climb, projection(level), reader, turned_by(i * step), inside)));
+          oriented(fit_.correlation(prepared_.climb, projection(level), reader, turned_by(i * step), inside),
+                   pattern_.polarity));
     }
     for (std::size_t at = 0; at < scores.size(); ++at) {
       const int i = static_cast<int>(at) - steps;
@@ -136,11 +137,6 @@ class Measuring {
   static constexpr double least_inside = 0.6;  ///< part of the pattern that must lie in the picture
 
   [[nodiscard]] Projection projection(const Level& level) const { return {&scene_.mapping(), &level, pattern_.pitch}; }
-  [[nodiscard]] double oriented(double score) const {
-    return pattern_.polarity == Polarity::same       ? score
-           : pattern_.polarity == Polarity::reversed ? -score
-                                                     : std::abs(score);
-  }
   [[nodiscard]] Eigen::Vector2d middle_at(const Pose& pose) const {
     return plane_from_pattern(pose, middle_ * pattern_.pitch);
   }
@@ -176,11 +172,13 @@ class Measuring {
     const GaussianReader reader = gaussian_reader(image, scene_.mapping(), at, pattern_.pitch, 1.0);
     const Level& level = pyramid.level(0);
     double inside = 0.0;
-    double score = oriented(fit_.correlation(prepared_.verify, projection(level), reader, pose, inside));
+    double score =
+        oriented(fit_.correlation(prepared_.verify, projection(level), reader, pose, inside), pattern_.polarity);
     Pose moved = pose;
     if (fit_.fit(prepared_.verify, projection(level), reader, options, moved).ok) {
       double inside_then = 0.0;
-      const double then = oriented(fit_.correlation(prepared_.verify, projection(level), reader, moved, inside_then));
+      const double then = oriented(fit_.correlation(prepared_.verify, projection(level), reader, moved, inside_then),
+                                   pattern_.polarity);
       if (then > score) {
         score = then;
         inside = inside_then;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "finder/fit_kernels.h"
+#include "finder/reading_kernels.h"
 
 namespace vsfind {
 

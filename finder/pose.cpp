@@ -14,4 +14,10 @@ Eigen::Vector2d plane_from_pattern(const Pose& pose, const Eigen::Vector2d& from
   return {pose.x + c * u - s * v, pose.y + s * u + c * v};
 }
 
+double angle_between(double a_deg, double b_deg) { return std::abs(std::remainder(a_deg - b_deg, 360.0)); }
+
+bool precedes(const Pose& a, const Pose& b) {
+  return a.y != b.y ? a.y < b.y : a.x != b.x ? a.x < b.x : a.angle_deg < b.angle_deg;
+}
+
 }  // namespace vsfind

@@ -21,6 +21,11 @@ struct Pose {
 /// The plane point of a pattern point given relative to the origin (plane units of training).
 [[nodiscard]] Eigen::Vector2d plane_from_pattern(const Pose& pose, const Eigen::Vector2d& from_origin);
 
+/// Between two directions, 0 … 180 degrees.
+[[nodiscard]] double angle_between(double a_deg, double b_deg);
+/// The order of poses that are equally good.
+[[nodiscard]] bool precedes(const Pose& a, const Pose& b);
+
 /// A closed interval; equal ends mean that the value is not searched.
 struct Range {
   double min = 0.0;
@@ -41,6 +46,13 @@ struct Roi {
 enum class Polarity { same, reversed, any };
 [[nodiscard]] constexpr const char* name(Polarity polarity) {
   return polarity == Polarity::same ? "same" : polarity == Polarity::reversed ? "reversed" : "any";
+}
+
+/// A signed correlation as it counts: higher is better.
+template <typename Number>
+[[nodiscard]] constexpr Number oriented(Number correlation, Polarity polarity) {
+  if (polarity == Polarity::reversed || (polarity == Polarity::any && correlation < 0)) return -correlation;
+  return correlation;
 }
 
 }  // namespace vsfind

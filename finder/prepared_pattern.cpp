@@ -107,6 +107,20 @@ Freedom PreparedPattern::fine_freedom() const {
   return fine;
 }
 
+bool PreparedPattern::in_range(const Pose& pose) const {
+  const Pattern& p = *pattern;
+  if (freedom.angle && angle_deg.width() < 360.0) {
+    const double slack = std::min(2.0, p.angle_step_deg / 2.0);
+    const double middle = (angle_deg.min + angle_deg.max) / 2.0;
+    if (angle_between(pose.angle_deg, middle) > angle_deg.width() / 2.0 + slack) return false;
+  }
+  const double slack = 1.0 + std::min(0.05, p.scale_step / 2.0);
+  const auto within = [&](double scale, const Range& range) {
+    return !range.searched() || (scale > range.min / slack && scale < range.max * slack);
+  };
+  return within(pose.scale_x, scale_x) && within(pose.scale_y, scale_y);
+}
+
 Polygon PreparedPattern::outline(const Pose& pose) const {
   const Pattern& p = *pattern;
   Polygon corners;

@@ -36,6 +36,9 @@ struct PreparedPattern {
 
   /// What is fitted at full resolution.
   [[nodiscard]] Freedom fine_freedom() const;
+  /// Whether a pose found lies in the ranges searched, or a little outside: the last half step is refined like any
+  /// other.
+  [[nodiscard]] bool in_range(const Pose& pose) const;
   /// Corners of the outline at a pose, plane coordinates.
   [[nodiscard]] Polygon outline(const Pose& pose) const;
 };

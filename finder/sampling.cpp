@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "finder/fit_kernels.h"
+#include "finder/reading_kernels.h"
 
 namespace vsfind {
 

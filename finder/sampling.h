@@ -9,7 +9,7 @@
 namespace vsfind {
 
 /// Reads a picture at places given from one of its pixels (kernels::ReadPlane says why); arrays padded as in
-/// fit_kernels.h. Where a point is too near the border (or NaN), inside[i] and out[i] are 0; else inside[i] is 1.
+/// point_block.h. Where a point is too near the border (or NaN), inside[i] and out[i] are 0; else inside[i] is 1.
 /// Values are scaled to 0 … 255.
 class Reader {
  public:

@@ -19,7 +19,7 @@ struct SearchOptions {
   /// 0 … 1, coarse acceptance: candidates of the exhaustive search that correlate less are not followed. Else half of
   /// min_score.
   std::optional<double> coarse_score;
-  int max_instances = 1;           ///< 0: all
+  int max_instances = 1;           ///< 0: all, most_of_all at the most
   double max_overlap = 0.5;        ///< 0 … 1: part of the smaller outline that two instances may share
   std::optional<Roi> region;       ///< frame pixels in which the origin is looked for; else the whole picture
   std::optional<Range> angle_deg;  ///< narrower than trained
@@ -27,6 +27,11 @@ struct SearchOptions {
   std::optional<Range> scale_y;
   double timeout_ms = 0.0;  ///< 0: none; else the best so far is returned, marked
   int threads = 1;          ///< 1 … 64; the results do not depend on it
+
+  static constexpr int most_of_all = 200;
+  [[nodiscard]] std::size_t wanted() const {
+    return static_cast<std::size_t>(max_instances == 0 ? most_of_all : max_instances);
+  }
 };
 
 /// One instance found.
