@@ -65,6 +65,11 @@ struct SourceUri {
 /// package that is. Throws UsageError as parse_source_uri().
 void require_backend(const std::string& uri);
 
+/// From here on what the libraries of the cameras have to say by themselves goes to the log (spdlog, level info, what
+/// ends the process: error), a line each, instead of straight to stderr. Of the whole process: a program calls it,
+/// once.
+void log_camera_libraries();
+
 /// Frame sizes that a camera offers in one pixel format; of a fixed size both ends are the same.
 struct CameraSizes {
   int min_width = 0;

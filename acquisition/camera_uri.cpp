@@ -51,6 +51,12 @@ void require_backend(const std::string& uri) {
 #endif
 }
 
+void log_camera_libraries() {
+#ifdef VSFIND_HAVE_ARAVIS
+  log_gige_library();
+#endif
+}
+
 std::unique_ptr<FrameSource> open_source(const std::string& uri, [[maybe_unused]] const CameraSettings& settings) {
   require_backend(uri);
   const SourceUri parsed = parse_source_uri(uri);

@@ -17,4 +17,7 @@ namespace vsfind {
 /// The cameras that answer on the network; asks each for its formats unless `details` is false. Takes about a second.
 [[nodiscard]] std::vector<CameraDescription> list_gige(bool details = true);
 
+/// Aravis' and GLib's part of log_camera_libraries().
+void log_gige_library();
+
 }  // namespace vsfind

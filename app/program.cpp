@@ -10,6 +10,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/core/utils/logger.hpp>
 
+#include "acquisition/camera.h"
 #include "acquisition/errors.h"
 #include "app/command.h"
 #include "app/log.h"
@@ -131,6 +132,7 @@ int run(std::vector<std::string> arguments) {
     throw UsageError(error.what());
   }
   apply_log_options();
+  log_camera_libraries();
   return actions.at(app.get_subcommands().front())();
 }
 

@@ -50,14 +50,16 @@ class Ledger {
  private:
   void fault(const std::string& what);
   void follow(const SoakRow& row);
+  void hear_complaints(const std::string& log);
 
   std::vector<SoakRow> served_;
   std::multimap<std::uint64_t, SoakRow> rows_;
   std::vector<std::string> faults_;
   std::uint64_t bad_ = 0;
-  std::uint64_t gaps_ = 0;      ///< frames that the rows' numbers jump over
-  std::uint64_t repeated_ = 0;  ///< broken frames under the number of another one
-  std::uint64_t breaks_ = 0;    ///< places where the camera's order of pictures begins anew
+  std::uint64_t gaps_ = 0;        ///< frames that the rows' numbers jump over
+  std::uint64_t repeated_ = 0;    ///< broken frames under the number of another one
+  std::uint64_t complaints_ = 0;  ///< of the camera library, of its own making
+  std::uint64_t breaks_ = 0;      ///< places where the camera's order of pictures begins anew
   std::string where_broken_;
   std::uint64_t missing_rows_ = 0;
   std::uint64_t missing_frames_ = 0;

@@ -79,6 +79,10 @@ TEST(SoakLedger, FindsEveryKindOfFault) {
               Contains(HasSubstr("order begins anew 1 times, 0 returns")));
   EXPECT_THAT(faults(ledger_of({{0, 4}, {1, 1}, {2, 2}, {3, 0}}), "", log_of(""), 0),
               Contains(HasSubstr("no picture that was served")));
+  const std::string complaint = "vsfind: info: camera library: GLib-GObject: g_object_unref: assertion failed\n";
+  EXPECT_THAT(faults(ledger_of(good), csv, complaint + log_of(""), 0), Contains(HasSubstr("g_object_unref")));
+  const std::string known = "vsfind: info: camera library: GLib: g_ascii_strcasecmp: assertion 's1 != NULL' failed\n";
+  EXPECT_THAT(faults(ledger_of(good), csv, known + log_of(""), 0), IsEmpty());
   Ledger torn = ledger_of({});
   torn.add(line_of(0, 0).substr(0, 30));
   EXPECT_THAT(torn.faults(), Contains(HasSubstr("torn row")));

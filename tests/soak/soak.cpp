@@ -153,6 +153,7 @@ class Soak {
     const std::string csv = disk_folder_ / "rows.csv";
     const std::string recording = disk_folder_ / "rec.y4m";
     std::vector<std::string> words{"live",
+                                   "--verbose",  // tells what the camera library complains of
                                    "--source",
                                    "gige:127.0.0.1",
                                    "--model",
