@@ -74,13 +74,13 @@ std::vector<Setting> train_settings(TrainRequest& request) {
   add("accuracy", "1..100", "How many points the final pose may use: more is finer and slower (default 30)",
       [o](Values v) { o->accuracy = parse_whole(v[0], 1, 100); });
   add("edges", "", "Match gradients instead of grey values", [o](Values v) { o->edges = parse_switch(v[0]); });
-  add("edge-threshold", "auto|VALUE", "Weakest edge that counts, grey levels (of 255) per pixel (default auto)",
-      [o](Values v) {
+  add("edge-threshold", "auto|VALUE",
+      "Weakest edge that counts, grey levels (of 255) per pixel, 0.01 to 255 (default auto)", [o](Values v) {
         if (v[0] == "auto") {
           o->edge_threshold.reset();
           return;
         }
-        o->edge_threshold = parse_number(v[0], 0.0, 255.0);
+        o->edge_threshold = parse_number(v[0], least_edge_threshold, 255.0);
       });
   add("polarity", "same|reversed|any", "Whether bright stays bright (default same)", [o](Values v) {
     o->polarity = parse_word<Polarity>(

@@ -51,7 +51,8 @@ ImageView EdgeImage::compute(const ImageView& image, double threshold) {
   const int w = image.width;
   const int h = image.height;
   edges_.resize(smooth_.size());
-  const auto t4 = static_cast<float>(threshold * threshold * threshold * threshold);
+  const double t = std::max(threshold, least_edge_threshold);  // 0 would make nothing of where nothing changes
+  const auto t4 = static_cast<float>(t * t * t * t);
   for (std::size_t i = 0; i < smooth_.size(); ++i) {
     const float g4 = smooth_[i] * smooth_[i];
     edges_[i] = static_cast<std::uint8_t>(255.0F * g4 / (g4 + t4));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "acquisition/image_view.h"
+#include "finder/pattern.h"
 #include "finder/pose.h"
 
 namespace vsfind {
@@ -15,7 +16,8 @@ namespace vsfind {
 /// edge pixels are removed. Keeps its memory between pictures.
 class EdgeImage {
  public:
-  /// `threshold`: grey levels (of 255) per pixel. The view lives until the next call.
+  /// `threshold`: grey levels (of 255) per pixel, least_edge_threshold at the least. The view lives until the next
+  /// call.
   ImageView compute(const ImageView& image, double threshold);
 
  private:

@@ -216,7 +216,7 @@ Pattern pattern_from(const Json& json, const std::string& path) {
   p.common_scale = r.flag("common_scale");
   p.accuracy = r.integer("accuracy", 1, 100);
   p.edges = r.flag("edges");
-  p.edge_threshold = r.number("edge_threshold", 0.0, 255.0);
+  p.edge_threshold = r.number("edge_threshold", p.edges ? least_edge_threshold : 0.0, 255.0);
   p.spread = r.flag("spread");
   if (r.has("from_field")) p.from_field = r.flag("from_field");  // earlier models lack it
   p.polarity = polarity_from(r);

@@ -70,6 +70,10 @@ struct TrainReport {
   std::vector<std::string> warnings;  ///< plain sentences that name the direction that cannot be told
 };
 
+/// The weakest edge that may be asked for, grey levels (of 255) per pixel: less than half a step of 8 bits makes, and
+/// far from where t⁴ is lost in single precision.
+inline constexpr double least_edge_threshold = 0.01;
+
 /// A trained pattern. Made by train() or load_model(); the fields are for reading.
 struct Pattern {
   std::string name;

@@ -55,9 +55,10 @@ void check(const ImageView& image, const TrainOptions& options) {
   if (options.accuracy < 1 || options.accuracy > 100) {
     throw UsageError(fmt::format("accuracy {} is out of range (allowed: 1 to 100)", options.accuracy));
   }
-  if (options.edge_threshold && !(*options.edge_threshold > 0.0 && *options.edge_threshold <= 255.0)) {
-    throw UsageError(fmt::format("edge threshold {} is out of range (allowed: above 0 up to 255, or auto)",
-                                 *options.edge_threshold));
+  if (options.edge_threshold &&
+      !(*options.edge_threshold >= least_edge_threshold && *options.edge_threshold <= 255.0)) {
+    throw UsageError(fmt::format("edge threshold {} is out of range (allowed: {} to 255, or auto)",
+                                 *options.edge_threshold, least_edge_threshold));
   }
   const ImageView& mask = options.mask;
   if (!mask.empty() && !(mask.width == roi.width && mask.height == roi.height) &&

@@ -26,7 +26,7 @@ struct TrainOptions {
   bool common_scale = false;  ///< both axes alike: scale_y must equal scale_x
   int accuracy = 30;          ///< 1 … 100: how many points the final pose may use
   bool edges = false;
-  std::optional<double> edge_threshold;  ///< grey levels (of 255) per pixel; else automatic
+  std::optional<double> edge_threshold;  ///< grey levels (of 255) per pixel, least_edge_threshold … 255; else automatic
   Polarity polarity = Polarity::same;
   bool spread = false;
   std::vector<ImageView> against;  ///< further scenes whose content must not be taken for the pattern

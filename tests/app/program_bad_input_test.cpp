@@ -102,6 +102,7 @@ TEST_F(BadInput, TrainingThatCannotBe) {
   expect_refused(train({"--roi", roi_at(100, 80), "--polarity", "both"}), 2, HasSubstr("same, reversed, any"));
   expect_refused(train({"--roi", roi_at(100, 80), "--field", "split"}), 2, HasSubstr("allowed: frame, top, bottom"));
   expect_refused(train({"--roi", roi_at(100, 80), "--edge-threshold", "soft"}), 2, HasSubstr("--edge-threshold"));
+  expect_refused(train({"--roi", roi_at(100, 80), "--edge-threshold", "1e-12"}), 2, HasSubstr("0.01"));
   expect_refused(train({"--roi", roi_at(100, 80), "--name", ""}), 2, HasSubstr("--name"));
   cv::imwrite(part() / "flat.png", cv::Mat(240, 320, CV_8UC1, cv::Scalar(90)));
   expect_refused({"train", part() / "flat.png", "--roi", roi_at(100, 80), "-o", part() / "f.vsm"}, 2, HasSubstr(""));

@@ -108,6 +108,8 @@ TEST_F(ModelFile, EveryBadValueIsNamed) {
   EXPECT_THAT(complaint(), testing::HasSubstr("whole number"));
   write(changed("\"accuracy\":10", "\"accuracy\":11"));
   EXPECT_THAT(complaint(), testing::HasSubstr("checksum"));
+  write(changed("\"edges\":false", "\"edges\":true"));  // whose threshold is 0
+  EXPECT_THAT(complaint(), testing::HasSubstr("'pattern.edge_threshold'"));
   write(changed("\"polarity\":\"same\"", "\"polarity\":\"both\""));
   EXPECT_THAT(complaint(), testing::HasSubstr("same, reversed, any"));
   write(changed("\"pitch\"", "\"pitsch\""));
