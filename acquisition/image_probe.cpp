@@ -8,30 +8,11 @@
 #include <string_view>
 
 #include "acquisition/errors.h"
+#include "acquisition/file_numbers.h"
+#include "acquisition/tiff_probe.h"
 
 namespace vsfind {
 namespace {
-
-/// Numbers out of bytes, never beyond their end.
-class Bytes {
- public:
-  Bytes(std::span<const std::byte> bytes, bool little) : bytes_(bytes), little_(little) {}
-
-  [[nodiscard]] std::uint64_t number(std::uint64_t at, unsigned size) const {
-    if (at > bytes_.size() || bytes_.size() - at < size) throw IoError("is cut off");
-    std::uint64_t value = 0;
-    for (unsigned i = 0; i < size; ++i) {
-      const auto byte = std::to_integer<std::uint64_t>(bytes_[at + (little_ ? size - 1 - i : i)]);
-      value = value << 8U | byte;
-    }
-    return value;
-  }
-  [[nodiscard]] std::uint64_t size() const { return bytes_.size(); }
-
- private:
-  std::span<const std::byte> bytes_;
-  bool little_;
-};
 
 std::string_view text_of(std::span<const std::byte> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
@@ -42,7 +23,7 @@ constexpr std::uint64_t png_chunk_overhead = 12;  // length, type, check sum
 
 /// Every chunk whole with its check sum right, from IHDR to IEND.
 ImageProbe probe_png(std::span<const std::byte> bytes) {
-  const Bytes file(bytes, false);
+  const FileNumbers file(bytes, false);
   ImageProbe probe{ImageFormat::png};
   for (std::uint64_t at = png_signature;;) {
     const std::uint64_t length = file.number(at, 4);
@@ -63,7 +44,7 @@ ImageProbe probe_png(std::span<const std::byte> bytes) {
 
 /// The frame header, and an end marker somewhere behind it.
 ImageProbe probe_jpeg(std::span<const std::byte> bytes) {
-  const Bytes file(bytes, false);
+  const FileNumbers file(bytes, false);
   ImageProbe probe{ImageFormat::jpeg};
   for (std::uint64_t at = 2;;) {
     if (file.number(at, 1) != 0xff) throw IoError(fmt::format("is damaged: no JPEG marker at byte {}", at));
@@ -83,7 +64,7 @@ ImageProbe probe_jpeg(std::span<const std::byte> bytes) {
 }
 
 ImageProbe probe_bmp(std::span<const std::byte> bytes) {
-  const Bytes file(bytes, true);
+  const FileNumbers file(bytes, true);
   ImageProbe probe{ImageFormat::bmp};
   const std::uint64_t offset = file.number(10, 4);
   const std::uint64_t header = file.number(14, 4);
@@ -107,31 +88,6 @@ ImageProbe probe_bmp(std::span<const std::byte> bytes) {
   if (offset > file.size() ||
       (file.size() - offset) / std::max<std::uint64_t>(row, 1) < static_cast<std::uint64_t>(probe.height))
     throw IoError("is cut off");
-  return probe;
-}
-
-/// Classic TIFF and BigTIFF: the first page's size.
-ImageProbe probe_tiff(std::span<const std::byte> bytes) {
-  const Bytes file(bytes, bytes[0] == std::byte{'I'});
-  const bool big = file.number(2, 2) == 43;
-  const unsigned word = big ? 8 : 4;
-  const std::uint64_t directory = file.number(big ? 8 : 4, word);
-  const std::uint64_t entries = file.number(directory, big ? 8 : 2);
-  const std::uint64_t entry_size = big ? 20 : 12;
-  ImageProbe probe{ImageFormat::tiff};
-  if (entries > 65535) throw IoError("is damaged: the TIFF directory is too long");
-  bool photometric = false;  // must be there, else the decoder prints lines of its own
-  for (std::uint64_t i = 0; i < entries; ++i) {
-    const std::uint64_t at = directory + (big ? 8 : 2) + i * entry_size;
-    const std::uint64_t tag = file.number(at, 2);
-    const std::uint64_t type = file.number(at + 2, 2);
-    const unsigned size = type == 3 ? 2 : type == 16 ? 8 : 4;
-    photometric = photometric || (tag == 262 && type == 3 && file.number(at + 4, word) == 1);
-    if (tag != 256 && tag != 257) continue;
-    const auto side = static_cast<std::int64_t>(file.number(at + 4 + word, size));
-    (tag == 256 ? probe.width : probe.height) = side;
-  }
-  if (!photometric) throw IoError("is damaged: the TIFF directory tells no photometric interpretation");
   return probe;
 }
 
@@ -216,7 +172,7 @@ ImageProbe probe_image(std::span<const std::byte> bytes) {
 }
 
 std::vector<std::byte> png_pixels_only(std::span<const std::byte> png) {
-  const Bytes file(png, false);
+  const FileNumbers file(png, false);
   std::vector<std::byte> kept(png.begin(), png.begin() + png_signature);
   kept.reserve(png.size());
   for (std::uint64_t at = png_signature; at < png.size();) {

@@ -194,6 +194,21 @@ TEST_F(ImageFile, BombsAreRefusedBeforeTheyAreDecoded) {
   ASSERT_NE(width, std::string::npos);
   tiff.replace(width, 12, "\x00\x01\x04\x00\x01\x00\x00\x00\x00\x00\x00\x10"s);
   EXPECT_THAT(refusal(tiff), StartsWith("has 268435456x23 pixels"));
+  // Where its strips are, is not told: the decoder would take them for black.
+  tiff = encoded(".tif", random_mat(CV_8UC1));
+  const std::size_t offsets = tiff.find("\x11\x01\x04\x00"s);
+  ASSERT_NE(offsets, std::string::npos);
+  std::string without = tiff;
+  without[offsets + 4] = 0;
+  EXPECT_EQ(refusal(without), "is damaged: 0 of its 1 TIFF strips are told");
+  std::string beyond = tiff;
+  beyond[offsets + 10] = 0x7f;
+  EXPECT_EQ(refusal(beyond), "is cut off");
+  const std::size_t counts = tiff.find("\x17\x01\x04\x00"s);
+  ASSERT_NE(counts, std::string::npos);
+  std::string empty = tiff;
+  empty.replace(counts + 8, 4, 4, '\0');
+  EXPECT_EQ(refusal(empty), "is damaged: TIFF strip 0 is empty");
   std::string jpeg = encoded(".jpg", random_mat(CV_8UC1));
   const std::size_t frame = jpeg.find("\xff\xc0"s);
   ASSERT_NE(frame, std::string::npos);
