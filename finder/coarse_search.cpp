@@ -252,10 +252,12 @@ CoarseSearch::Window CoarseSearch::window_of(const CoarseTask& task, const Copy&
   return window;
 }
 
-void CoarseSearch::first_pass(const CoarseTask& task, int first_row, int end_row) {
+bool CoarseSearch::first_pass(const CoarseTask& task, int first_row, int end_row) {
   const std::vector<std::int8_t>& weights = task.points->first;
   const int n = static_cast<int>(weights.size());
+  const bool limited = task.deadline != std::chrono::steady_clock::time_point::max();
   for (int v = first_row; v < end_row; ++v) {
+    if (limited && std::chrono::steady_clock::now() > task.deadline) return false;
     std::int16_t* scores = score_row(v);
     std::uint16_t* which = which_.data() + static_cast<std::ptrdiff_t>(v) * row_;
     std::fill_n(scores, row_, std::int16_t{0});
@@ -272,6 +274,7 @@ void CoarseSearch::first_pass(const CoarseTask& task, int first_row, int end_row
     }
     std::fill(scores + width_, scores + row_, std::int16_t{0});
   }
+  return true;
 }
 
 float CoarseSearch::correlation(const CoarseTask& task, const Copy& copy, int u, int v) const {
@@ -366,18 +369,23 @@ void CoarseSearch::other_ways(const CoarseTask& task) {
   std::sort(peaks_.begin(), peaks_.end(), better);
 }
 
-void CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out) {
+bool CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out) {
   out.clear();
   const Level& level = *task.projection.level;
   const std::vector<Hypothesis>& tried = *task.hypotheses;
-  if (task.points->size() < 4 || tried.empty() || level.width < 1 || level.height < 1) return;
+  if (task.points->size() < 4 || tried.empty() || level.width < 1 || level.height < 1) return true;
   prepare_copies(task);
   prepare_plane(level);
   windows_.clear();
   for (const Copy& copy : copies_) windows_.push_back(window_of(task, copy));
   const int workers = threads.size();
-  const auto job = [&](int worker) { first_pass(task, height_ * worker / workers, height_ * (worker + 1) / workers); };
+  done_.assign(static_cast<std::size_t>(workers), 0);
+  const auto job = [&](int worker) {
+    const bool done = first_pass(task, height_ * worker / workers, height_ * (worker + 1) / workers);
+    done_[static_cast<std::size_t>(worker)] = done ? 1 : 0;
+  };
   threads.run(std::cref(job));  // a reference, which takes nothing from the heap
+  if (std::find(done_.begin(), done_.end(), 0) != done_.end()) return false;
   second_pass(task);
   other_ways(task);
   for (const Peak& peak : peaks_) {
@@ -387,6 +395,7 @@ void CoarseSearch::run(const CoarseTask& task, ThreadPool& threads, std::vector<
         task.projection.mapping->plane_from_image(level.image_from_level(anchor + copies_[h].origin));
     out.push_back({{plane.x(), plane.y(), tried[h].angle_deg, tried[h].scale_x, tried[h].scale_y}, peak.score});
   }
+  return true;
 }
 
 }  // namespace vsfind

@@ -7,6 +7,7 @@
 /// much the same for all hypotheses of one place. The second normalizes exactly, at the local maxima that are left.
 
 #include <Eigen/Core>
+#include <chrono>
 #include <cstdint>
 #include <vector>
 
@@ -60,13 +61,16 @@ struct CoarseTask {
   const Roi* region = nullptr;  ///< frame pixels for the origin
   /// Of each row of the level what the picture shows, for the middle of the pattern; not given: all of it.
   const std::vector<ColumnRange>* shown = nullptr;
+  /// When to give up, within a row of the level; max(): never.
+  std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
 /// Keeps its memory between pictures.
 class CoarseSearch {
  public:
-  /// Local maxima over position of the best hypothesis there, best first. Independent of the number of threads.
-  void run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out);
+  /// Local maxima over position of the best hypothesis there, best first. Independent of the number of threads. False,
+  /// and `out` empty, where the deadline has passed before every position was tried.
+  bool run(const CoarseTask& task, ThreadPool& threads, std::vector<CoarseCandidate>& out);
 
  private:
   /// Where the points of one hypothesis fall, relative to the anchor.
@@ -113,7 +117,8 @@ class CoarseSearch {
     return scores_.data() + 1 + static_cast<std::ptrdiff_t>(v + 1) * row_;
   }
   [[nodiscard]] Window window_of(const CoarseTask& task, const Copy& copy) const;
-  void first_pass(const CoarseTask& task, int first_row, int end_row);
+  /// False where the deadline has passed before the last row.
+  bool first_pass(const CoarseTask& task, int first_row, int end_row);
   void second_pass(const CoarseTask& task);
   /// Looks at the best places again with every hypothesis: what is nearly symmetric fits in several ways, and the first
   /// pass, which does not normalize, may have taken the wrong one.
@@ -138,7 +143,8 @@ class CoarseSearch {
   std::vector<std::uint16_t> which_;    // the best hypothesis
   std::vector<std::uint16_t> columns_;  // scratch of second_pass()
   std::vector<Peak> peaks_;
-  std::vector<Peak> ways_, more_;  // scratch of other_ways()
+  std::vector<Peak> ways_, more_;   // scratch of other_ways()
+  std::vector<std::uint8_t> done_;  // which workers came to the end of their rows
 };
 
 }  // namespace vsfind

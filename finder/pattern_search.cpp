@@ -48,7 +48,11 @@ void PatternSearch::run(const PreparedPattern& prepared, const SearchScene& scen
     if (region) region = rectified_.region(*region);
   }
   task.region = region ? &*region : nullptr;
-  coarse_.run(task, threads, peaks_);
+  task.deadline = deadline;
+  if (!coarse_.run(task, threads, peaks_)) {
+    out.timed_out = true;
+    return;
+  }
 
   // The best candidates first; the others only where these do not settle the matter.
   found_.clear();
