@@ -91,7 +91,6 @@ ImageProbe probe_tiff(std::span<const std::byte> bytes) {
   const std::uint64_t entry_size = big ? 20 : 12;
   if (entries > 65535) throw IoError("is damaged: the TIFF directory is too long");
   TiffPage page;
-  bool photometric = false;  // must be there, else the decoder prints lines of its own
   for (std::uint64_t i = 0; i < entries; ++i) {
     const std::uint64_t at = directory + (big ? 8 : 2) + i * entry_size;
     const std::uint64_t tag = file.number(at, 2);
@@ -102,9 +101,10 @@ ImageProbe probe_tiff(std::span<const std::byte> bytes) {
     values->count = file.number(at + 4, word);
     const std::uint64_t place = at + 4 + word;
     values->at = values->count <= word / values->size ? place : file.number(place, word);
-    photometric = photometric || (tag == 262 && type == 3 && values->count == 1);
   }
-  if (!photometric) throw IoError("is damaged: the TIFF directory tells no photometric interpretation");
+  // Without it the decoder prints lines of its own.
+  if (page.photometric.count != 1 || page.photometric.size != 2)
+    throw IoError("is damaged: the TIFF directory tells no photometric interpretation");
   ImageProbe probe{ImageFormat::tiff};
   probe.width = static_cast<std::int64_t>(page.width.first_or(file, 0));
   probe.height = static_cast<std::int64_t>(page.height.first_or(file, 0));

@@ -112,7 +112,7 @@ TEST(ReadingKernels, ProjectionIsAffine) {
   }
 }
 
-TEST(FitKernels, AGaussianReadsARampExactly) {
+TEST(ReadingKernels, AGaussianReadsARampExactly) {
   std::vector<std::uint8_t> pixels(static_cast<std::size_t>(width) * height);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x)
